@@ -1,0 +1,8 @@
+//! The virtual hand (Funahashi et al. 1998, §3.1): from a sample to judgement points and segments.
+
+pub mod joint;
+pub mod judgement;
+pub mod kinematics;
+pub mod retract;
+pub mod sample;
+pub mod skeleton;

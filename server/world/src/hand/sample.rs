@@ -1,0 +1,88 @@
+//! What every input ends in: one hand at one time.
+
+use nalgebra::{Isometry3, Point3};
+
+use super::joint::N_JOINTS;
+
+/// One hand at one time: where the wrist is and how the fingers stand.
+///
+/// A glove, a recording, a synthetic hand and a remote client all end in this type.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HandSample {
+    /// `world_from_wrist`: the reference point and its orientation. The wrist's space is that of OpenXR:
+    /// -z toward the fingers, +y out of the back of the hand, +x to the right (both hands).
+    pub wrist: Isometry3<f64>,
+    /// How the fingers stand.
+    pub fingers: FingerPose,
+}
+
+/// How the fingers of a sample stand.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FingerPose {
+    /// Joint angles of a glove; forward kinematics with the wearer's skeleton makes the points.
+    Angles(JointAngles),
+    /// Joint positions as an optical tracker or a file gives them: world space, metres.
+    /// `None` is "not tracked": the joint keeps its last place in the wrist's space.
+    Points([Option<Point3<f64>>; N_JOINTS]),
+}
+
+/// Angles of all joints of one hand, in radians. Flexion and abduction are positive as in clinical use.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct JointAngles {
+    /// The thumb's joints.
+    pub thumb: ThumbAngles,
+    /// Index, middle, ring and little finger.
+    pub fingers: [FingerAngles; 4],
+    /// Arching of the palm: the little finger's metacarpal folds toward the thumb.
+    pub palm_arch: f64,
+}
+
+/// Angles of the thumb, in radians.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ThumbAngles {
+    /// Opposition at the CMC: 0 beside the palm, positive turns the thumb across it.
+    pub opposition: f64,
+    /// Abduction at the CMC: 0 against the index finger, positive away from it.
+    pub abduction: f64,
+    /// Flexion of the MCP.
+    pub mcp_flexion: f64,
+    /// Flexion of the IP.
+    pub ip_flexion: f64,
+}
+
+/// Angles of one finger other than the thumb, in radians.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FingerAngles {
+    /// Flexion of the MCP (knuckle).
+    pub mcp_flexion: f64,
+    /// Flexion of the PIP.
+    pub pip_flexion: f64,
+    /// Flexion of the DIP.
+    pub dip_flexion: f64,
+    /// Swing away from the middle finger's line; for the middle finger, toward the thumb.
+    pub abduction: f64,
+}
+
+impl HandSample {
+    /// Whether every number is finite. A sample that is not is no valid sample: inputs drop it and count it.
+    pub fn is_finite(&self) -> bool {
+        let wrist = self.wrist.translation.vector.iter().all(|x| x.is_finite())
+            && self.wrist.rotation.coords.iter().all(|x| x.is_finite());
+        wrist
+            && match &self.fingers {
+                FingerPose::Angles(angles) => angles.is_finite(),
+                FingerPose::Points(points) => points.iter().flatten().all(|p| p.coords.iter().all(|x| x.is_finite())),
+            }
+    }
+}
+
+impl JointAngles {
+    /// Whether every angle is finite.
+    pub fn is_finite(&self) -> bool {
+        let t = &self.thumb;
+        [t.opposition, t.abduction, t.mcp_flexion, t.ip_flexion, self.palm_arch].iter().all(|x| x.is_finite())
+            && self.fingers.iter().all(|f| {
+                [f.mcp_flexion, f.pip_flexion, f.dip_flexion, f.abduction].iter().all(|x| x.is_finite())
+            })
+    }
+}
