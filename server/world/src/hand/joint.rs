@@ -45,7 +45,13 @@ pub const N_JOINTS: usize = N_FINGERS * POINTS_PER_FINGER;
 
 impl Finger {
     /// All fingers, in index order.
-    pub const ALL: [Self; N_FINGERS] = [Self::Thumb, Self::Index, Self::Middle, Self::Ring, Self::Little];
+    pub const ALL: [Self; N_FINGERS] = [
+        Self::Thumb,
+        Self::Index,
+        Self::Middle,
+        Self::Ring,
+        Self::Little,
+    ];
 
     /// 0 for the thumb to 4 for the little finger.
     pub const fn index(self) -> usize {
@@ -95,12 +101,20 @@ pub const JOINT_NAMES: [&str; N_JOINTS] = [
 impl JointId {
     /// The joint with this index, or `None` at [`N_JOINTS`] and above.
     pub const fn from_index(index: usize) -> Option<Self> {
-        if index < N_JOINTS { Some(Self(index as u8)) } else { None }
+        if index < N_JOINTS {
+            Some(Self(index as u8))
+        } else {
+            None
+        }
     }
 
     /// The joint of `finger` counted from the palm (0) to the tip (3); larger counts give the tip.
     pub const fn of(finger: Finger, from_palm: usize) -> Self {
-        let step = if from_palm < POINTS_PER_FINGER { from_palm } else { POINTS_PER_FINGER - 1 };
+        let step = if from_palm < POINTS_PER_FINGER {
+            from_palm
+        } else {
+            POINTS_PER_FINGER - 1
+        };
         Self((finger.index() * POINTS_PER_FINGER + step) as u8)
     }
 

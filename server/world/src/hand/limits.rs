@@ -14,20 +14,39 @@ pub struct JointLimits {
 /// Active ranges of motion of a healthy adult, rounded outward so that no real pose is cut.
 pub const ADULT_LIMITS: JointLimits = JointLimits {
     min: JointAngles {
-        thumb: ThumbAngles { opposition: -0.3, abduction: -0.5, mcp_flexion: -0.35, ip_flexion: -0.5 },
+        thumb: ThumbAngles {
+            opposition: -0.6,
+            abduction: -0.5,
+            mcp_flexion: -0.35,
+            ip_flexion: -0.5,
+        },
         fingers: [FINGER_MIN; 4],
         palm_arch: 0.0,
     },
     max: JointAngles {
-        thumb: ThumbAngles { opposition: 1.8, abduction: 1.4, mcp_flexion: 1.2, ip_flexion: 1.6 },
+        thumb: ThumbAngles {
+            opposition: 1.8,
+            abduction: 1.4,
+            mcp_flexion: 1.2,
+            ip_flexion: 1.6,
+        },
         fingers: [FINGER_MAX; 4],
         palm_arch: 0.7,
     },
 };
 
-const FINGER_MIN: FingerAngles =
-    FingerAngles { mcp_flexion: -0.6, pip_flexion: -0.2, dip_flexion: -0.35, abduction: -0.5 };
-const FINGER_MAX: FingerAngles = FingerAngles { mcp_flexion: 1.7, pip_flexion: 2.0, dip_flexion: 1.6, abduction: 0.5 };
+const FINGER_MIN: FingerAngles = FingerAngles {
+    mcp_flexion: -0.6,
+    pip_flexion: -0.2,
+    dip_flexion: -0.35,
+    abduction: -0.5,
+};
+const FINGER_MAX: FingerAngles = FingerAngles {
+    mcp_flexion: 1.7,
+    pip_flexion: 2.0,
+    dip_flexion: 1.6,
+    abduction: 0.5,
+};
 
 impl JointLimits {
     /// The nearest angles within the limits; not a number stays not a number.
@@ -46,10 +65,18 @@ impl JointLimits {
         let thumb = &angles.thumb;
         JointAngles {
             thumb: ThumbAngles {
-                opposition: thumb.opposition.clamp(min.thumb.opposition, max.thumb.opposition),
-                abduction: thumb.abduction.clamp(min.thumb.abduction, max.thumb.abduction),
-                mcp_flexion: thumb.mcp_flexion.clamp(min.thumb.mcp_flexion, max.thumb.mcp_flexion),
-                ip_flexion: thumb.ip_flexion.clamp(min.thumb.ip_flexion, max.thumb.ip_flexion),
+                opposition: thumb
+                    .opposition
+                    .clamp(min.thumb.opposition, max.thumb.opposition),
+                abduction: thumb
+                    .abduction
+                    .clamp(min.thumb.abduction, max.thumb.abduction),
+                mcp_flexion: thumb
+                    .mcp_flexion
+                    .clamp(min.thumb.mcp_flexion, max.thumb.mcp_flexion),
+                ip_flexion: thumb
+                    .ip_flexion
+                    .clamp(min.thumb.ip_flexion, max.thumb.ip_flexion),
             },
             fingers,
             palm_arch: angles.palm_arch.clamp(min.palm_arch, max.palm_arch),

@@ -3,6 +3,9 @@
 pub mod joint;
 pub mod judgement;
 pub mod kinematics;
+pub mod limits;
+pub mod part;
+pub mod prism;
 pub mod retract;
 pub mod sample;
 pub mod skeleton;

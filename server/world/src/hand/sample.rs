@@ -18,6 +18,10 @@ pub struct HandSample {
 
 /// How the fingers of a sample stand.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a box would allocate in every step, and samples are few"
+)]
 pub enum FingerPose {
     /// Joint angles of a glove; forward kinematics with the wearer's skeleton makes the points.
     Angles(JointAngles),
@@ -71,7 +75,10 @@ impl HandSample {
         wrist
             && match &self.fingers {
                 FingerPose::Angles(angles) => angles.is_finite(),
-                FingerPose::Points(points) => points.iter().flatten().all(|p| p.coords.iter().all(|x| x.is_finite())),
+                FingerPose::Points(points) => points
+                    .iter()
+                    .flatten()
+                    .all(|p| p.coords.iter().all(|x| x.is_finite())),
             }
     }
 }
@@ -80,9 +87,19 @@ impl JointAngles {
     /// Whether every angle is finite.
     pub fn is_finite(&self) -> bool {
         let t = &self.thumb;
-        [t.opposition, t.abduction, t.mcp_flexion, t.ip_flexion, self.palm_arch].iter().all(|x| x.is_finite())
+        [
+            t.opposition,
+            t.abduction,
+            t.mcp_flexion,
+            t.ip_flexion,
+            self.palm_arch,
+        ]
+        .iter()
+        .all(|x| x.is_finite())
             && self.fingers.iter().all(|f| {
-                [f.mcp_flexion, f.pip_flexion, f.dip_flexion, f.abduction].iter().all(|x| x.is_finite())
+                [f.mcp_flexion, f.pip_flexion, f.dip_flexion, f.abduction]
+                    .iter()
+                    .all(|x| x.is_finite())
             })
     }
 }

@@ -103,7 +103,13 @@ const UNIT_TOLERANCE: f64 = 1e-6;
 impl HandModel {
     /// An adult hand with four-sided prisms and bare joint points, as in the 1998 model.
     pub fn adult(side: Side) -> Self {
-        Self { side, skeleton: Skeleton::adult(side), prism_sides: 4, point_radius: 0.0, palm_contacts: false }
+        Self {
+            side,
+            skeleton: Skeleton::adult(side),
+            prism_sides: 4,
+            point_radius: 0.0,
+            palm_contacts: false,
+        }
     }
 
     /// Checks every bound.
@@ -117,7 +123,9 @@ impl HandModel {
         if !(0.0..=RADIUS_MAX).contains(&self.point_radius) {
             return Err(HandModelFault::PointRadius(self.point_radius));
         }
-        Finger::ALL.iter().try_for_each(|&finger| self.skeleton.finger(finger).validate(finger))
+        Finger::ALL
+            .iter()
+            .try_for_each(|&finger| self.skeleton.finger(finger).validate(finger))
     }
 }
 
@@ -126,11 +134,36 @@ impl Skeleton {
     pub fn adult(side: Side) -> Self {
         let right = Self {
             fingers: [
-                bones([-0.029, -0.016, -0.034], THUMB_ROLL_RIGHT, [0.045, 0.034, 0.027], [0.011, 0.010, 0.009]),
-                bones([-0.024, -0.003, -0.092], yaw(0.05), [0.044, 0.026, 0.023], [0.009, 0.0085, 0.008]),
-                bones([-0.002, 0.0, -0.095], yaw(0.0), [0.047, 0.030, 0.024], [0.010, 0.0085, 0.008]),
-                bones([0.018, -0.003, -0.090], yaw(-0.05), [0.043, 0.028, 0.024], [0.009, 0.008, 0.0075]),
-                bones([0.036, -0.010, -0.081], yaw(-0.12), [0.034, 0.020, 0.021], [0.008, 0.0075, 0.007]),
+                bones(
+                    [-0.027, -0.016, -0.034],
+                    THUMB_ROLL_RIGHT,
+                    [0.045, 0.034, 0.027],
+                    [0.011, 0.010, 0.009],
+                ),
+                bones(
+                    [-0.024, -0.003, -0.092],
+                    yaw(0.05),
+                    [0.044, 0.026, 0.023],
+                    [0.009, 0.0085, 0.008],
+                ),
+                bones(
+                    [-0.002, 0.0, -0.095],
+                    yaw(0.0),
+                    [0.047, 0.030, 0.024],
+                    [0.010, 0.0085, 0.008],
+                ),
+                bones(
+                    [0.018, -0.003, -0.090],
+                    yaw(-0.05),
+                    [0.043, 0.028, 0.024],
+                    [0.009, 0.008, 0.0075],
+                ),
+                bones(
+                    [0.036, -0.010, -0.081],
+                    yaw(-0.12),
+                    [0.034, 0.020, 0.021],
+                    [0.008, 0.0075, 0.007],
+                ),
             ],
         };
         match side {
@@ -165,7 +198,9 @@ impl Skeleton {
                 let q = bones.orientation.coords;
                 FingerBones {
                     base: mirrored_point(&bones.base),
-                    orientation: UnitQuaternion::new_unchecked(Quaternion::new(q.w, q.x, -q.y, -q.z)),
+                    orientation: UnitQuaternion::new_unchecked(Quaternion::new(
+                        q.w, q.x, -q.y, -q.z,
+                    )),
                     ..bones
                 }
             }),
@@ -177,11 +212,19 @@ impl Skeleton {
     #[must_use]
     pub fn fitted(&self, points: &[Point3<f64>; super::joint::N_JOINTS]) -> Self {
         let mut fitted = self.clone();
-        for (bones, places) in fitted.fingers.iter_mut().zip(points.chunks_exact(super::joint::POINTS_PER_FINGER)) {
+        for (bones, places) in fitted
+            .fingers
+            .iter_mut()
+            .zip(points.chunks_exact(super::joint::POINTS_PER_FINGER))
+        {
             bones.base = places[0];
             for (length, ends) in bones.lengths.iter_mut().zip(places.windows(2)) {
                 let measured = (ends[1] - ends[0]).norm();
-                *length = if measured >= LENGTH_MIN { measured } else { *length };
+                *length = if measured >= LENGTH_MIN {
+                    measured
+                } else {
+                    *length
+                };
             }
         }
         fitted
@@ -205,10 +248,18 @@ impl FingerBones {
         }
         for (link, (&length, &radius)) in self.lengths.iter().zip(&self.radii).enumerate() {
             if !(LENGTH_MIN..=LENGTH_MAX).contains(&length) {
-                return Err(HandModelFault::LinkLength { finger, link, length });
+                return Err(HandModelFault::LinkLength {
+                    finger,
+                    link,
+                    length,
+                });
             }
             if !(RADIUS_MIN..=RADIUS_MAX).contains(&radius) {
-                return Err(HandModelFault::LinkRadius { finger, link, radius });
+                return Err(HandModelFault::LinkRadius {
+                    finger,
+                    link,
+                    radius,
+                });
             }
         }
         Ok(())
@@ -216,7 +267,7 @@ impl FingerBones {
 }
 
 /// How far the right thumb's base is rolled about -z toward the palm when its opposition is 0, radians.
-pub(crate) const THUMB_ROLL: f64 = 0.6;
+const THUMB_ROLL: f64 = 0.7;
 
 /// A turn of the base orientation: axis and angle, radians.
 type Turn = (Vector3<f64>, f64);
@@ -229,7 +280,12 @@ const fn yaw(angle: f64) -> Turn {
 }
 
 fn bones(base: [f64; 3], turn: Turn, lengths: [f64; 3], radii: [f64; 3]) -> FingerBones {
-    FingerBones { base: Point3::from(base), orientation: turned(&turn.0, turn.1), lengths, radii }
+    FingerBones {
+        base: Point3::from(base),
+        orientation: turned(&turn.0, turn.1),
+        lengths,
+        radii,
+    }
 }
 
 /// The rotation about a unit axis by an angle in radians.
@@ -251,9 +307,19 @@ mod tests {
                 assert_eq!(model.validate(), Ok(()), "{side:?} {factor}");
             }
         }
-        assert!(Skeleton::adult(Side::Right).finger(Finger::Thumb).base.x < 0.0, "a right thumb is at -x");
-        assert!(Skeleton::adult(Side::Left).finger(Finger::Thumb).base.x > 0.0, "a left thumb is at +x");
-        let middle = Skeleton::adult(Side::Right).finger(Finger::Middle).base.coords.norm();
+        assert!(
+            Skeleton::adult(Side::Right).finger(Finger::Thumb).base.x < 0.0,
+            "a right thumb is at -x"
+        );
+        assert!(
+            Skeleton::adult(Side::Left).finger(Finger::Thumb).base.x > 0.0,
+            "a left thumb is at +x"
+        );
+        let middle = Skeleton::adult(Side::Right)
+            .finger(Finger::Middle)
+            .base
+            .coords
+            .norm();
         assert!((middle - 0.095).abs() < 0.001, "{middle}");
     }
 
@@ -269,12 +335,27 @@ mod tests {
         check(|m| m.prism_sides = 9, "prism_sides is 9");
         check(|m| m.point_radius = -0.001, "point_radius");
         check(|m| m.point_radius = f64::NAN, "point_radius");
-        check(|m| m.skeleton.fingers[1].lengths[2] = 0.0005, "index finger: link 2 is 0.0005 m long");
-        check(|m| m.skeleton.fingers[0].lengths[0] = f64::INFINITY, "thumb finger: link 0");
-        check(|m| m.skeleton.fingers[4].radii[1] = 0.06, "little finger: link 1 has a radius");
-        check(|m| m.skeleton.fingers[3].base.y = f64::NAN, "ring finger: its base joint");
         check(
-            |m| m.skeleton.fingers[2].orientation = UnitQuaternion::new_unchecked(Quaternion::new(0.5, 0.0, 0.0, 0.0)),
+            |m| m.skeleton.fingers[1].lengths[2] = 0.0005,
+            "index finger: link 2 is 0.0005 m long",
+        );
+        check(
+            |m| m.skeleton.fingers[0].lengths[0] = f64::INFINITY,
+            "thumb finger: link 0",
+        );
+        check(
+            |m| m.skeleton.fingers[4].radii[1] = 0.06,
+            "little finger: link 1 has a radius",
+        );
+        check(
+            |m| m.skeleton.fingers[3].base.y = f64::NAN,
+            "ring finger: its base joint",
+        );
+        check(
+            |m| {
+                m.skeleton.fingers[2].orientation =
+                    UnitQuaternion::new_unchecked(Quaternion::new(0.5, 0.0, 0.0, 0.0))
+            },
             "middle finger: its base orientation",
         );
     }
