@@ -1,0 +1,1 @@
+//! Queries by values and laws.
