@@ -90,7 +90,11 @@ pub fn load(name_or_file: &str) -> Result<LoadedScene, Mistakes> {
             format!("is no built-in scene ({names}), and no readable file: {fault}"),
         )
     })?;
-    parse(name_or_file, &text, path.parent().unwrap_or(Path::new("")))
+    parse(
+        name_or_file,
+        &text,
+        path.parent().unwrap_or_else(|| Path::new("")),
+    )
 }
 
 /// A scene from its text. `origin` is how mistakes name it; files in it are looked for in `folder`.

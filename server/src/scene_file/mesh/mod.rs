@@ -49,7 +49,7 @@ pub fn load(path: &Path, scale: f64) -> Result<Polyhedron, MeshFault> {
     let soup = match extension.as_str() {
         "obj" => obj::parse(&bytes),
         "stl" => stl::parse(&bytes),
-        "gltf" | "glb" => gltf::parse(&bytes, path.parent().unwrap_or(Path::new(""))),
+        "gltf" | "glb" => gltf::parse(&bytes, path.parent().unwrap_or_else(|| Path::new(""))),
         _ => Err(MeshProblem::UnknownFormat { extension }),
     };
     soup.and_then(|soup| solid(&soup, scale)).map_err(refuse)

@@ -172,32 +172,44 @@ fn every_format_gives_the_same_cube() {
     }
 }
 
+/// Asserts that this file is refused, by name and with these words.
+fn check_refused(folder: &Folder, name: &str, text: &str, expected: &str) {
+    let fault = load(&folder.write(name, text), 1.0).err();
+    let fault = fault.map(|fault| fault.to_string()).unwrap_or_default();
+    assert!(
+        fault.contains(name) && fault.contains(expected),
+        "{fault:?} lacks {expected:?}"
+    );
+}
+
 #[test]
 fn what_is_no_solid_is_refused_with_file_fault_and_place() {
     let folder = Folder::new("faults");
-    let open = CUBE_OBJ.replace("f 2 3 7 6\n", "");
-    let turned = CUBE_OBJ.replace("f 2 3 7 6\n", "f 6 7 3 2\n");
-    let flat = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n";
-    let beyond = CUBE_OBJ.replace("f 2 3 7 6", "f 2 3 7 99");
+    let cube = |from: &str, to: &str| CUBE_OBJ.replace(from, to);
+    let flat = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n".to_owned();
     for (name, text, expected) in [
-        ("open.obj", open, "belongs to face"),
-        ("turned.obj", turned, "oriented against each other"),
-        ("flat.obj", flat.to_owned(), "encloses no volume"),
-        ("beyond.obj", beyond, "at or before line 17: "),
+        ("open.obj", cube("f 2 3 7 6\n", ""), "belongs to face"),
+        (
+            "turned.obj",
+            cube("f 2 3 7 6", "f 6 7 3 2"),
+            "oriented against each other",
+        ),
+        ("flat.obj", flat, "encloses no volume"),
+        (
+            "beyond.obj",
+            cube("f 2 3 7 6", "f 2 3 7 99"),
+            "at or before line 17: ",
+        ),
         (
             "word.obj",
-            CUBE_OBJ.replace("v 1 0 0", "v 1 zero 0"),
-            "at or before line 5: position parse error",
+            cube("v 1 0 0", "v 1 zero 0"),
+            "at or before line 5: position parse",
         ),
         ("none.obj", String::new(), "has no faces"),
-        (
-            "nan.obj",
-            CUBE_OBJ.replace("v 1 1 1", "v nan 1 1"),
-            "not finite",
-        ),
+        ("nan.obj", cube("v 1 1 1", "v nan 1 1"), "not finite"),
         (
             "x.ply",
-            CUBE_OBJ.to_owned(),
+            cube("", ""),
             "meshes are .obj, .stl, .gltf or .glb",
         ),
         (
@@ -205,46 +217,46 @@ fn what_is_no_solid_is_refused_with_file_fault_and_place() {
             text_stl().replace("vertex 1 1 1\n", ""),
             "triangle 2",
         ),
-        (
-            "up.gltf",
-            gltf_text(r#","uri":"../a.bin""#, ""),
-            "is not a file in the mesh's folder",
-        ),
-        (
-            "web.gltf",
-            gltf_text(r#","uri":"http://a/b""#, ""),
-            "is not a file in the mesh's folder",
-        ),
-        (
-            "gone.gltf",
-            gltf_text(r#","uri":"gone.bin""#, ""),
-            "buffer 0: gone.bin: cannot be read",
-        ),
-        (
-            "short.gltf",
-            gltf_text(&data_uri(&[0; 20]), ""),
-            "buffer 0: it has 20 bytes and should have 168",
-        ),
-        (
-            "loop.gltf",
-            gltf_text(&data_uri(&gltf_buffer()), r#","children":[0]"#),
-            "nodes form a ring",
-        ),
-        ("not.gltf", "hello".to_owned(), "document"),
     ] {
-        let fault = load(&folder.write(name, &text), 1.0)
-            .err()
-            .map(|fault| fault.to_string())
-            .unwrap_or_default();
-        assert!(
-            fault.contains(name) && fault.contains(expected),
-            "{name}: {fault:?} lacks {expected:?}"
-        );
+        check_refused(&folder, name, &text, expected);
     }
     let fault = load(&folder.0.join("absent.obj"), 1.0)
         .unwrap_err()
         .to_string();
     assert!(fault.contains("absent.obj: cannot be read"), "{fault}");
+}
+
+#[test]
+fn buffers_and_nodes_of_a_gltf_are_checked() {
+    let folder = Folder::new("gltf");
+    let uri = |uri: &str| gltf_text(&format!(r#","uri":"{uri}""#), "");
+    let ring = gltf_text(&data_uri(&gltf_buffer()), r#","children":[0]"#);
+    for (name, text, expected) in [
+        (
+            "up.gltf",
+            uri("../a.bin"),
+            "is not a file in the mesh's folder",
+        ),
+        (
+            "web.gltf",
+            uri("http://a/b"),
+            "is not a file in the mesh's folder",
+        ),
+        (
+            "gone.gltf",
+            uri("gone.bin"),
+            "buffer 0: gone.bin: cannot be read",
+        ),
+        (
+            "short.gltf",
+            gltf_text(&data_uri(&[0; 20]), ""),
+            "it has 20 bytes and should have 168",
+        ),
+        ("ring.gltf", ring, "nodes form a ring"),
+        ("not.gltf", "hello".to_owned(), "document"),
+    ] {
+        check_refused(&folder, name, &text, expected);
+    }
 }
 
 #[test]
