@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::hand::joint::{N_JOINTS, Side};
-use crate::hand::judgement::JudgementPart;
+use crate::hand::part::JudgementPart;
 use crate::state::{HandId, ObjectId};
 
 /// What one step publishes. Poses of objects are read from the [`World`](crate::World); the frame says which changed.

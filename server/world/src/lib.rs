@@ -13,6 +13,10 @@ pub mod input;
 pub mod step;
 /// What one tick shows to the outside.
 pub mod frame;
+/// The stages of a step.
+mod stages;
+/// Commands of a tick.
+mod commands;
 /// One number that stands for the whole state.
 pub mod digest;
 /// The virtual hand: from a sample to judgement points and segments, and to the shown hand.

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use crate::contact::Touch;
-use crate::frame::Tracking;
 use crate::hand::hand_state::HandState;
 use crate::scene::ObjectSpec;
 
@@ -109,6 +108,10 @@ pub struct Body {
     pub on_floor: bool,
     /// The floor case (1, 2 or 3) in which it topples, 0 when it does not.
     pub topple_case: u8,
+    /// Whether it has lain still, and been said to, since it last moved.
+    pub still: bool,
+    /// Whether hands were told to let go of it and the grasp test has not failed since.
+    pub barred: bool,
 }
 
 /// A place for one object.
@@ -148,12 +151,21 @@ impl Body {
             rest: Rest::Awake,
             on_floor: false,
             topple_case: 0,
+            still: false,
+            barred: false,
         }
     }
 
     /// Centre of gravity, world space.
     pub fn position(&self) -> Point3<f64> {
         Point3::from(self.pose.translation.vector)
+    }
+
+    /// Takes its motion away: what has touched another object keeps no inertia.
+    pub fn stop(&mut self) {
+        self.displacement = Vector3::zeros();
+        self.spin = UnitQuaternion::identity();
+        self.topple_case = 0;
     }
 
     /// Whether it lies still.
@@ -194,8 +206,4 @@ impl State {
         self.hands.binary_search_by_key(&id, |hand| hand.id).ok().map(|index| &self.hands[index])
     }
 
-    /// Whether that hand can touch anything.
-    pub fn can_touch(&self, id: HandId) -> bool {
-        self.hand(id).is_some_and(|hand| matches!(hand.tracking, Tracking::Tracked | Tracking::Held))
-    }
 }

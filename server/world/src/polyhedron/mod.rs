@@ -22,7 +22,7 @@ mod triangulate;
 pub mod weld;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use std::ops::Range;
 

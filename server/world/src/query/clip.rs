@@ -21,7 +21,8 @@ pub(super) fn height(plane: &[f64; 4], p: &Point3<f64>) -> f64 {
     plane[0] * p.x + plane[1] * p.y + plane[2] * p.z - plane[3]
 }
 
-/// The part of the segment from `a` to `b` behind all planes, or `None` if it has no length.
+/// The part of the segment from `a` to `b` behind all planes, or `None` if it has no length or runs along a
+/// plane.
 ///
 /// `a` counts as before a plane down to a depth of `slack` metres; a segment that starts there and goes in enters at
 /// 0. Of faces entered or left at the same fraction the lowest is named.
@@ -36,24 +37,19 @@ pub(super) fn clip(
         (-1.0_f64, NO_FACE, 1.0_f64, NO_FACE);
     for (face, plane) in (0_u32..).zip(planes) {
         let (from, to) = (height(plane, a), height(plane, b));
+        if from >= 0.0 && to >= 0.0 {
+            return None;
+        }
         if from > -slack && to < from {
-            if to >= 0.0 {
-                return None;
-            }
             let t = (from / (from - to)).max(0.0);
             if t > enter {
                 (enter, enter_face) = (t, face);
             }
         } else if to > 0.0 {
-            if from > 0.0 {
-                return None;
-            }
             let t = from / (from - to);
             if t < leave {
                 (leave, leave_face) = (t, face);
             }
-        } else if from > 0.0 {
-            return None;
         }
     }
     let enter = enter.max(0.0);

@@ -1,7 +1,7 @@
 //! Two solids of which one is not convex.
 //!
 //! Solids interpenetrate where an edge of one runs through the inside of the other. The place where an edge of one
-//! lies deepest in the other gives a push: out of the face of least depth there. The second solid is pushed, asked
+//! lies deepest in the other gives a push: to the surface point nearest to it. The second solid is pushed, asked
 //! again, and so on until it is out; the sum of the pushes is the answer. In a notch it is pushed out of the floor
 //! and out of the wall, and the sum is the way out of both:
 //!
@@ -84,7 +84,7 @@ fn deepest_edge(a: &Polyhedron, b: &Polyhedron, a_from_b: &Isometry3<f64>) -> Op
         if found.depth > best.map_or(TOUCH_M, |o| o.depth) {
             best = Some(Overlap {
                 depth: found.depth,
-                normal: a.faces()[found.face as usize].normal,
+                normal: found.way_out / found.depth,
             });
         }
     }

@@ -1,6 +1,6 @@
 //! How deep a segment goes into a solid.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use super::clip::height;
 use super::is_few_planes;
@@ -23,8 +23,9 @@ pub(super) struct Deepest {
     pub(super) depth: f64,
     /// Fraction of the segment.
     pub(super) fraction: f64,
-    /// The face of least depth there.
-    pub(super) face: u32,
+    /// From that place to the surface point nearest to it (below planes: the foot on the nearest plane). Its length
+    /// is the depth, except outside.
+    pub(super) way_out: Vector3<f64>,
 }
 
 /// The largest depth inside the solid, in metres, of any point of the segment; 0 or less if it stays outside (how much
@@ -91,10 +92,13 @@ fn lowest(
 
 /// The lower envelope of the planes' lines is concave: cut in from both ends until the cut is on it (Kelley 1960).
 fn deepest_below_planes(planes: &[[f64; 4]], a: &Point3<f64>, b: &Point3<f64>) -> Deepest {
-    let result = |line: &Line, fraction: f64| Deepest {
-        depth: line.at(fraction),
-        fraction,
-        face: line.face,
+    let result = |line: &Line, fraction: f64| {
+        let (depth, [x, y, z, _]) = (line.at(fraction), planes[line.face as usize]);
+        Deepest {
+            depth,
+            fraction,
+            way_out: Vector3::new(x, y, z) * depth,
+        }
     };
     let mut rising = lowest(planes, a, b, 0.0, 1.0);
     if rising.slope <= 0.0 {
@@ -130,11 +134,12 @@ fn deepest_by_halving(shape: &Polyhedron, a: &Point3<f64>, b: &Point3<f64>) -> D
     let along = b - a;
     let length = along.norm();
     let sample = |fraction: f64| {
-        let found = signed_distance(shape, &(a + along * fraction));
+        let place = a + along * fraction;
+        let found = signed_distance(shape, &place);
         Deepest {
             depth: -found.distance,
             fraction,
-            face: found.face,
+            way_out: found.on_surface - place,
         }
     };
     let deeper = |a: Deepest, b: Deepest| if b.depth > a.depth { b } else { a };

@@ -1,0 +1,114 @@
+//! Touching (model §4, stage 3): what a hand's judgement parts do to one object in one step.
+//!
+//! Everything here is in the object's space, so that a moving object and a moving hand are one case:
+//!
+//! ```text
+//!   before:  object_from_world(before) * part(before)  ──┐
+//!                                                        ├─ the part's path past a solid that stands still
+//!   now:     object_from_world(now)    * part(now)     ──┘
+//! ```
+
+/// Which objects and hands may meet at all.
+pub mod broad;
+mod point_face;
+mod segment_edge;
+
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use crate::frame::Feature;
+use crate::hand::hand_state::HandState;
+use crate::hand::part::JudgementPart;
+use crate::polyhedron::Polyhedron;
+use crate::polyhedron::aabb::Aabb;
+use crate::state::HandId;
+
+/// A contact lasts while its point is no farther out of the solid than this, in metres. It covers the rounding of a
+/// push, which leaves the point on the surface; larger values would let a leaving finger cling.
+const CLING_M: f64 = 1.0e-7;
+/// A part that moves out along the normal by more than this within a step presses no longer, in metres.
+const LEAVING_M: f64 = 1.0e-9;
+
+/// One contact of one hand with one object.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Touch {
+    /// Whose contact.
+    pub hand: HandId,
+    /// Which point or segment.
+    pub part: JudgementPart,
+    /// What it touches.
+    pub feature: Feature,
+    /// The contact point C at the start of its motion: where the part entered the solid in this step, or where
+    /// it stood at the last one. Object space, metres.
+    pub point: Point3<f64>,
+    /// CB: from the contact point to where the part is now. Object space, metres.
+    pub motion: Vector3<f64>,
+    /// Outward unit normal of the face, or pseudo-normal of the edge. Object space.
+    pub normal: Vector3<f64>,
+    /// Where on a judgement segment the contact is, as a share of its length; 0 for a point.
+    pub fraction: f64,
+}
+
+impl Touch {
+    /// What tells one contact from another, and their order.
+    pub fn key(&self) -> (HandId, JudgementPart, Feature) {
+        (self.hand, self.part, self.feature)
+    }
+
+    /// Whether the part moves into the solid, along its surface, or not at all. One that moves out is leaving: it
+    /// still counts in the grasp test, for it is inside, but it pushes nothing (it would pull).
+    pub fn presses(&self) -> bool {
+        self.motion.dot(&self.normal) <= LEAVING_M
+    }
+}
+
+/// One object before and after the motion that is supposed for this step.
+#[derive(Clone, Copy, Debug)]
+pub struct Path {
+    /// `world_from_object` at the end of the last step.
+    pub before: Isometry3<f64>,
+    /// `world_from_object` as supposed for this step.
+    pub now: Isometry3<f64>,
+}
+
+/// Memory that contact search uses again in every step.
+#[derive(Clone, Debug, Default)]
+pub struct ContactScratch {
+    cuts: Vec<crate::query::segment::EdgeCut>,
+    crossings: Vec<crate::query::segment_sweep::EdgeCross>,
+}
+
+/// Appends all contacts of `hand` with one object, ascending by [`Touch::key`].
+///
+/// `last` are the object's contacts of the last step, ascending.
+pub fn find(
+    hand: &HandState,
+    shape: &Polyhedron,
+    path: &Path,
+    last: &[Touch],
+    scratch: &mut ContactScratch,
+    touches: &mut Vec<Touch>,
+) {
+    let first = touches.len();
+    let before = path.before.inverse();
+    let now = path.now.inverse();
+    point_face::find(hand, shape, [&before, &now], last, touches);
+    segment_edge::find(hand, shape, [&before, &now], last, scratch, touches);
+    touches[first..].sort_unstable_by_key(Touch::key);
+}
+
+/// The contact with that key, if there was one.
+fn known<'a>(last: &'a [Touch], hand: HandId, part: JudgementPart, feature: Option<Feature>) -> Option<&'a Touch> {
+    let from = last.partition_point(|touch| (touch.hand, touch.part) < (hand, part));
+    last[from..]
+        .iter()
+        .take_while(|touch| (touch.hand, touch.part) == (hand, part))
+        .find(|touch| feature.is_none_or(|wanted| touch.feature == wanted))
+}
+
+/// Whether the box around the given points, grown by `margin`, misses the solid's own box. All in object space.
+fn misses(shape: &Polyhedron, points: &[&Point3<f64>], margin: f64) -> bool {
+    let Aabb { lo: low, hi: high } = shape.aabb();
+    (0..3).any(|axis| {
+        points.iter().all(|p| p[axis] > high[axis] + margin) || points.iter().all(|p| p[axis] < low[axis] - margin)
+    })
+}

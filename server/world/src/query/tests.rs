@@ -1,1 +1,0 @@
-//! Queries by values and laws.

@@ -1,0 +1,10 @@
+//! The stages of a step, in the order of model §4.
+
+/// Objects that no hand touches.
+pub(crate) mod free;
+/// The hands: their samples, and how they are shown.
+pub(crate) mod hands;
+/// The frame.
+pub(crate) mod publish;
+/// Objects that hands touch.
+pub(crate) mod touched;
