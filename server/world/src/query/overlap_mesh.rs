@@ -17,8 +17,10 @@
 
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 
+use super::crossing::Passage;
+use super::is_few_planes;
 use super::overlap::Overlap;
-use super::point::{PointDistance, signed_distance};
+use super::point::{PointDistance, is_deeper, signed_distance};
 use super::segment_depth::deepest_on_segment;
 use crate::polyhedron::Polyhedron;
 use crate::polyhedron::tolerances::TOUCH_M;
@@ -80,6 +82,9 @@ fn deepest_edge(a: &Polyhedron, b: &Polyhedron, a_from_b: &Isometry3<f64>) -> Op
         if !room.meets_segment(&from, &(to - from), 0.0) {
             continue;
         }
+        if !is_few_planes(a) && !goes_inside(a, &from, &to) {
+            continue;
+        }
         let found = deepest_on_segment(a, &from, &to);
         if found.depth > best.map_or(TOUCH_M, |o| o.depth) {
             best = Some(Overlap {
@@ -89,6 +94,28 @@ fn deepest_edge(a: &Polyhedron, b: &Polyhedron, a_from_b: &Isometry3<f64>) -> Op
         }
     }
     best
+}
+
+/// Whether the segment has a place deeper than touching: its ends, and between any two neighbouring crossings of the
+/// surface the middle, are asked. Much quicker than the depth for edges that run along a face.
+fn goes_inside(shape: &Polyhedron, from: &Point3<f64>, to: &Point3<f64>) -> bool {
+    let is_deep = |fraction: f64| is_deeper(shape, &(from + (to - from) * fraction), TOUCH_M);
+    if is_deep(0.0) || is_deep(1.0) {
+        return true;
+    }
+    let Some(passage) = Passage::new(from, to) else {
+        return false;
+    };
+    let mut since = 0.0;
+    let mut next = passage.next(shape, None);
+    while let Some(crossing) = next {
+        if crossing.fraction > since && is_deep(0.5 * (since + crossing.fraction)) {
+            return true;
+        }
+        since = crossing.fraction;
+        next = passage.next(shape, Some(&crossing));
+    }
+    is_deep(0.5 * (since + 1.0))
 }
 
 /// The overlap at the middle of all edge places of each that are in or on the other.

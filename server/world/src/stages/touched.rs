@@ -64,7 +64,8 @@ fn judge(stage: &mut Stage<'_>, slot: u32) -> Option<Found> {
     let held = body.hold;
     let supposed = match held {
         Some(hold) => followed(stage.state, body, &hold, &mut stage.scratch.pairs),
-        None if body.is_resting() => body.pose,
+        // What lies, stands or is pushed is met where it is; only what flies is met on its way.
+        None if body.on_floor || body.is_resting() || body.contact != ContactState::Free => body.pose,
         None => inertia::free(&body.pose, &body.displacement, &body.spin, &gravity_step),
     };
     let angle = body.spec.grasp_angle.unwrap_or(stage.scene.grasp_angle);
