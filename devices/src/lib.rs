@@ -1,1 +1,20 @@
-//! Being built.
+//! Glove and tracker drivers: bytes in, physical readings out.
+//!
+//! A driver is a state machine without I/O and without a clock ([`session::Session`]): bytes and monotonic stamps
+//! are pushed in, readings in SI units are pulled out. [`port`] is the thin shell that joins a session to a serial
+//! port on a thread of its own. [`emulate`] speaks the same bytes from the other end, on a pseudo-terminal, so that
+//! the whole serial path can be tried without hardware.
+//!
+//! Everything here is **emulated, not yet tried on hardware**: the byte layouts follow the manuals as cited by
+//! several independent open drivers, and no real unit has been connected.
+
+pub mod emulate;
+pub mod fault;
+pub mod glove;
+pub mod port;
+pub mod reading;
+pub mod session;
+pub mod tracker;
+
+mod buffer;
+mod core;

@@ -1,0 +1,6 @@
+//! Data gloves.
+
+pub mod calibrate;
+pub mod cyberglove;
+pub mod quick_range;
+pub mod sensor;

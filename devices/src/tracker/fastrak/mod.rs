@@ -1,0 +1,8 @@
+//! Polhemus Fastrak, ASCII and binary lists. **Emulated, not yet tried on hardware.**
+
+pub mod decode;
+pub mod protocol;
+pub mod session;
+pub mod status;
+
+mod framer;

@@ -1,0 +1,4 @@
+//! Position trackers.
+
+pub mod fastrak;
+pub mod space;

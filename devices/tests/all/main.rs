@@ -1,0 +1,15 @@
+//! What the drivers promise: the manuals' examples, garbage, start-up and recovery, and the whole serial path.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "the helpers of these tests fail as tests do"
+)]
+
+mod calibration;
+mod garbage;
+mod glove_examples;
+mod glove_session;
+mod pty;
+mod support;
+mod tracker_examples;
+mod tracker_session;
