@@ -49,21 +49,27 @@ impl Mesh {
         };
         // Ends, then the polygon if the side is a cut inside it (cuts of two polygons may share their ends).
         let mut sides: Vec<([u32; 2], u32, u32)> = Vec::new();
-        for (face, ids) in faces.iter().enumerate() {
+        for (face, ids) in (0_u32..).zip(faces) {
             let first = mesh.triangles.len() as u32;
             let cuts = mesh.add_polygon(ids, size);
-            for (t, corners) in (first..).zip(&cuts) {
-                for k in 0..3 {
-                    let (i, j) = (corners[k], corners[(k + 1) % 3]);
-                    let owner = if (i + 1) % ids.len() == j {
-                        u32::MAX
-                    } else {
-                        face as u32
-                    };
-                    let (a, b) = (ids[i], ids[j]);
-                    sides.push(([a.min(b), a.max(b)], owner, 3 * t + k as u32));
-                }
-            }
+            let side = |t: u32, cut: &[usize; 3], k: usize| {
+                let (i, j) = (cut[k], cut[(k + 1) % 3]);
+                let owner = if (i + 1) % ids.len() == j {
+                    u32::MAX
+                } else {
+                    face
+                };
+                (
+                    [ids[i].min(ids[j]), ids[i].max(ids[j])],
+                    owner,
+                    3 * t + k as u32,
+                )
+            };
+            sides.extend(
+                (first..)
+                    .zip(&cuts)
+                    .flat_map(|(t, cut)| [0, 1, 2].map(|k| side(t, cut, k))),
+            );
         }
         sides.sort_unstable();
         mesh.twins = vec![0; sides.len()];

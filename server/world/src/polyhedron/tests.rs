@@ -308,6 +308,10 @@ fn bad_meshes_are_refused_with_their_place() {
         fault(|v, _| v.iter_mut().for_each(|p| *p *= 1e300)),
         ShapeFault::SizeOutOfRange { .. }
     ));
+}
+
+#[test]
+fn bad_wholes_are_refused() {
     let twice = fault(|v, f| {
         let second: Vec<Vec<u32>> = f
             .iter()

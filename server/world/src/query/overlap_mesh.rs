@@ -85,8 +85,9 @@ fn deepest_edge(a: &Polyhedron, b: &Polyhedron, a_from_b: &Isometry3<f64>) -> Op
         if !is_few_planes(a) && !goes_inside(a, &from, &to) {
             continue;
         }
-        let found = deepest_on_segment(a, &from, &to);
-        if found.depth > best.map_or(TOUCH_M, |o| o.depth) {
+        let floor = best.map_or(TOUCH_M, |o| o.depth);
+        let found = deepest_on_segment(a, &from, &to, floor);
+        if found.depth > floor {
             best = Some(Overlap {
                 depth: found.depth,
                 normal: found.way_out / found.depth,

@@ -34,15 +34,20 @@ pub(super) struct Deepest {
 /// Exact for convex shapes. For others found by halving: depth changes at most as fast as place, so parts that cannot
 /// be deeper are dropped; the answer is at most 1/256 of the segment's length too small, in practice much less.
 pub fn max_depth_on_segment(shape: &Polyhedron, a: &Point3<f64>, b: &Point3<f64>) -> f64 {
-    deepest_on_segment(shape, a, b).depth
+    deepest_on_segment(shape, a, b, 0.0).depth
 }
 
-/// See [`max_depth_on_segment`].
-pub(super) fn deepest_on_segment(shape: &Polyhedron, a: &Point3<f64>, b: &Point3<f64>) -> Deepest {
+/// See [`max_depth_on_segment`]. Depths up to `floor` metres (0 or more) need not be told apart.
+pub(super) fn deepest_on_segment(
+    shape: &Polyhedron,
+    a: &Point3<f64>,
+    b: &Point3<f64>,
+    floor: f64,
+) -> Deepest {
     if is_few_planes(shape) {
         return deepest_below_planes(shape.planes(), a, b);
     }
-    deepest_by_halving(shape, a, b)
+    deepest_by_halving(shape, a, b, floor)
 }
 
 /// Depth under one plane along the segment: `start + slope · fraction`.
@@ -130,7 +135,7 @@ fn deepest_below_planes(planes: &[[f64; 4]], a: &Point3<f64>, b: &Point3<f64>) -
     result(&lowest(planes, a, b, fraction, 1.0), fraction)
 }
 
-fn deepest_by_halving(shape: &Polyhedron, a: &Point3<f64>, b: &Point3<f64>) -> Deepest {
+fn deepest_by_halving(shape: &Polyhedron, a: &Point3<f64>, b: &Point3<f64>, floor: f64) -> Deepest {
     let along = b - a;
     let length = along.norm();
     let sample = |fraction: f64| {
@@ -152,7 +157,7 @@ fn deepest_by_halving(shape: &Polyhedron, a: &Point3<f64>, b: &Point3<f64>) -> D
         let (left, right) = stack[height];
         let width = (right.fraction - left.fraction) * length;
         let bound = 0.5 * (left.depth + right.depth + width);
-        if bound <= best.depth.max(0.0) + RESOLUTION * length || height + 2 > stack.len() {
+        if bound <= best.depth.max(floor) + RESOLUTION * length || height + 2 > stack.len() {
             continue;
         }
         let middle = sample(0.5 * (left.fraction + right.fraction));
@@ -168,7 +173,7 @@ fn deepest_by_halving(shape: &Polyhedron, a: &Point3<f64>, b: &Point3<f64>) -> D
         (best.fraction - reach).max(0.0),
         (best.fraction + reach).min(1.0),
     );
-    let is_worth_it = best.depth > -RESOLUTION * length;
+    let is_worth_it = best.depth > floor - RESOLUTION * length;
     for _ in 0..if is_worth_it { SHARPENINGS } else { 0 } {
         let width = (hi - lo) * golden;
         let (left, right) = (sample(hi - width), sample(lo + width));
