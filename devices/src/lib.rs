@@ -8,13 +8,23 @@
 //! Everything here is **emulated, not yet tried on hardware**: the byte layouts follow the manuals as cited by
 //! several independent open drivers, and no real unit has been connected.
 
-pub mod emulate;
-pub mod fault;
-pub mod glove;
-pub mod port;
 pub mod reading;
+
 pub mod session;
+
+pub mod fault;
+
+pub mod glove;
+
 pub mod tracker;
+
+pub mod port;
+
+pub mod port_thread;
+
+pub mod clock;
+
+pub mod emulate;
 
 mod buffer;
 mod core;

@@ -1,15 +1,13 @@
-//! Joins a session to a serial port on a thread of its own. The only file that names `serialport`, and the only
-//! one outside the emulators that asks the clock.
+//! Joins a session to a serial port until it is told to stop. The only file that names `serialport`.
 
 use std::io::{ErrorKind, Read, Write};
 use std::os::unix::fs::FileTypeExt;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use serialport::{SerialPort, TTYPort};
 
+use crate::clock::Clock;
 use crate::fault::Fault;
 use crate::session::{DeviceEvent, PortRequest, Session, SessionState, SessionStats};
 
@@ -64,84 +62,6 @@ pub enum PortEvent<'a> {
         /// The bytes.
         bytes: &'a [u8],
     },
-}
-
-/// Monotonic time as ns since an origin that all sources of a program share.
-#[derive(Debug, Clone, Copy)]
-pub struct Clock {
-    origin: Instant,
-}
-
-impl Clock {
-    /// A clock that counts from `origin`.
-    #[must_use]
-    pub const fn new(origin: Instant) -> Self {
-        Self { origin }
-    }
-
-    /// The present time, ns; 0 before the origin.
-    #[must_use]
-    pub fn now_ns(&self) -> u64 {
-        // 584 years fit.
-        self.origin.elapsed().as_nanos() as u64
-    }
-}
-
-/// A port's thread; it ends when this is stopped or dropped.
-#[derive(Debug)]
-pub struct PortThread {
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl PortThread {
-    /// Starts a thread that runs [`run_port`].
-    ///
-    /// # Errors
-    /// When the system refuses a thread.
-    pub fn spawn<S, F>(
-        settings: PortSettings,
-        session: S,
-        clock: Clock,
-        deliver: F,
-    ) -> std::io::Result<Self>
-    where
-        S: Session + Send + 'static,
-        F: FnMut(PortEvent<'_>) + Send + 'static,
-    {
-        let stop = Arc::new(AtomicBool::new(false));
-        let stopped = Arc::clone(&stop);
-        let thread = std::thread::Builder::new()
-            .name("serial port".to_owned())
-            .spawn(move || {
-                let (mut session, mut deliver) = (session, deliver);
-                run_port(&settings, &mut session, &stopped, clock, &mut deliver);
-            })?;
-        Ok(Self {
-            stop,
-            thread: Some(thread),
-        })
-    }
-
-    /// Makes the device quiet, closes the port and waits for the thread; within about 0.3 s.
-    pub fn stop(mut self) {
-        self.end();
-    }
-
-    fn end(&mut self) {
-        self.stop.store(true, Ordering::Release);
-        if let Some(thread) = self.thread.take() {
-            thread.thread().unpark();
-            // A panic in the caller's own `deliver` has been reported by the thread already.
-            let _ = thread.join();
-        }
-    }
-}
-
-impl Drop for PortThread {
-    fn drop(&mut self) {
-        self.end();
-    }
 }
 
 enum End {
@@ -404,5 +324,57 @@ fn fault_from_open(path: &str, error: &serialport::Error) -> Fault {
             Fault::NotSerial { path }
         }
         _ => Fault::Port { path, detail: text },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::ErrorKind::{NotFound, PermissionDenied, WouldBlock};
+
+    use serialport::{Error, ErrorKind};
+
+    use super::fault_from_open;
+    use crate::fault::Fault;
+
+    #[test]
+    fn each_refusal_has_its_name() {
+        let path = || "/dev/ttyX".to_owned();
+        let cases = [
+            (
+                ErrorKind::Io(PermissionDenied),
+                "",
+                Fault::PermissionDenied { path: path() },
+            ),
+            (ErrorKind::Io(NotFound), "", Fault::Missing { path: path() }),
+            (
+                ErrorKind::NoDevice,
+                "Device or resource busy",
+                Fault::Busy { path: path() },
+            ),
+            (
+                ErrorKind::Unknown,
+                "No such device or address",
+                Fault::Missing { path: path() },
+            ),
+            (
+                ErrorKind::Unknown,
+                "Inappropriate ioctl for device",
+                Fault::NotSerial { path: path() },
+            ),
+            (
+                ErrorKind::Io(WouldBlock),
+                "odd",
+                Fault::Port {
+                    path: path(),
+                    detail: "odd".to_owned(),
+                },
+            ),
+        ];
+        for (kind, text, expected) in cases {
+            assert_eq!(
+                fault_from_open("/dev/ttyX", &Error::new(kind, text)),
+                expected
+            );
+        }
     }
 }

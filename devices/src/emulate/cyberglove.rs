@@ -111,6 +111,13 @@ impl CyberGloveEmulator {
         }
     }
 
+    /// Bends the glove: raw counts by wire slot, as [`GloveCalibration::counts`] gives them; 0 is sent as 1.
+    ///
+    /// [`GloveCalibration::counts`]: crate::glove::calibrate::GloveCalibration::counts
+    pub fn set_slots(&mut self, raw: &[u8; GloveSensor::N_SLOTS]) {
+        self.raw = raw.map(|value| value.max(1));
+    }
+
     /// Bends one sensor, raw counts.
     pub fn set_sensor(&mut self, sensor: GloveSensor, raw: u8) {
         self.raw[sensor.slot()] = raw.max(1);

@@ -236,6 +236,32 @@ impl GloveCalibration {
         readings
     }
 
+    /// The 8-bit counts (1 to 254) by slot at which the sensors read `angles_rad`, as near as counts can: the inverse
+    /// of [`GloveCalibration::angles`], for emulators. A slot without an angle gets the counts of angle 0.
+    #[must_use]
+    pub fn counts(
+        &self,
+        angles_rad: &[Option<f64>; GloveSensor::N_SLOTS],
+    ) -> [u8; GloveSensor::N_SLOTS] {
+        // A coupling to a coupled sensor needs that one first; a few rounds settle any chain of weak ones.
+        const ROUNDS: usize = 4;
+        let mut counts = [128; GloveSensor::N_SLOTS];
+        for _ in 0..ROUNDS {
+            let raw = counts.map(|value: u8| Some(u16::from(value)));
+            for sensor in GloveSensor::ALL {
+                let calibration = self.sensor(sensor);
+                let coupled_deg = calibration
+                    .coupling
+                    .map_or(0.0, |coupling| self.coupled_deg(coupling, &raw));
+                let own_deg = angles_rad[sensor.slot()].unwrap_or(0.0).to_degrees() - coupled_deg;
+                let value = calibration.raw_at_zero + own_deg / calibration.gain_deg_per_count;
+                // The cast makes 0 of what is not a number, and the bounds 1 of that.
+                counts[sensor.slot()] = (value.round().clamp(1.0, 254.0) as u8).max(1);
+            }
+        }
+        counts
+    }
+
     /// What the other sensor adds, degrees; nothing when it is not there.
     fn coupled_deg(&self, coupling: Coupling, raw: &[Option<u16>; GloveSensor::N_SLOTS]) -> f64 {
         raw[coupling.sensor.slot()].map_or(0.0, |other| {

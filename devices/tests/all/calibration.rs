@@ -142,3 +142,25 @@ fn the_quick_routine_maps_extremes_to_joint_ranges() {
     // One that never moved is not fitted.
     assert!(!fitted.sensors.contains_key(&GloveSensor::RingDip));
 }
+
+#[test]
+fn counts_are_the_inverse_of_angles() {
+    let calibration: GloveCalibration = toml::from_str(FILE).unwrap();
+    let mut wanted = [None; GloveSensor::N_SLOTS];
+    for (sensor, angle_deg) in GloveSensor::ALL
+        .into_iter()
+        .zip((0..).map(|step| f64::from(step) * 1.5))
+    {
+        wanted[sensor.slot()] = Some(angle_deg.to_radians());
+    }
+    let counts = calibration.counts(&wanted);
+    let readings = calibration.angles(&counts.map(|value| Some(u16::from(value))));
+    for sensor in GloveSensor::ALL {
+        let error = readings[sensor.slot()].unwrap().angle_rad - wanted[sensor.slot()].unwrap();
+        // Half a count.
+        assert!(
+            error.to_degrees().abs() <= 0.25 + 1e-9,
+            "{sensor:?}: {error}"
+        );
+    }
+}

@@ -3,6 +3,7 @@
 use nalgebra::{Point3, UnitQuaternion};
 use proptest::collection::vec;
 use proptest::prelude::{ProptestConfig, any, prop_assert, proptest};
+use proptest::test_runner::RngSeed;
 use tsukamu_devices::emulate::Emulator;
 use tsukamu_devices::emulate::cyberglove::CyberGloveEmulator;
 use tsukamu_devices::emulate::fastrak::FastrakEmulator;
@@ -11,7 +12,8 @@ use tsukamu_devices::glove::cyberglove::session::CyberGloveSession;
 use tsukamu_devices::glove::cyberglove::settings::{CyberGloveSettings, SensorCount};
 use tsukamu_devices::session::Session;
 use tsukamu_devices::tracker::fastrak::decode::Encoding;
-use tsukamu_devices::tracker::fastrak::session::{FastrakSession, FastrakSettings};
+use tsukamu_devices::tracker::fastrak::session::FastrakSession;
+use tsukamu_devices::tracker::fastrak::settings::FastrakSettings;
 
 use crate::support::{Bench, MS, S};
 
@@ -72,7 +74,7 @@ fn recovers<Se: Session, E: Emulator>(bench: &mut Bench<Se, E>, junk: &[u8]) -> 
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 200, rng_seed: RngSeed::Fixed(1998), ..ProptestConfig::default() })]
 
     #[test]
     fn arbitrary_bytes_do_no_harm(parts in vec((any::<u32>(), vec(any::<u8>(), 0..200)), 0..60)) {

@@ -1,5 +1,6 @@
 //! The CyberGlove's start-up and recovery, by hand-advanced time.
 
+use tsukamu_devices::emulate::Emulator;
 use tsukamu_devices::emulate::cyberglove::CyberGloveEmulator;
 use tsukamu_devices::fault::Fault;
 use tsukamu_devices::glove::calibrate::{GloveCalibration, Handedness};
@@ -73,7 +74,7 @@ fn starts_within_half_a_second_and_says_what_it_is() {
 #[test]
 fn a_stream_left_running_is_stopped_first() {
     let mut bench = bench(CyberGloveSettings::default(), SensorCount::TwentyTwo);
-    tsukamu_devices::emulate::Emulator::push(&mut bench.emulator, 0, b"S");
+    bench.emulator.push(0, b"S");
     bench.open();
     assert!(bench.run_until(S, running) < 500 * MS);
     assert_eq!(bench.sent[0], [3]);
@@ -270,4 +271,43 @@ fn a_record_length_that_was_not_negotiated_is_learned() {
         }
     }
     assert_eq!(session.stats().dropped_records, 3);
+}
+
+#[test]
+fn a_glove_that_changes_its_records_is_followed_or_set_right() {
+    let mut bench = bench(CyberGloveSettings::default(), SensorCount::TwentyTwo);
+    bench.open();
+    bench.run_until(S, running);
+    // Somebody else's host switches the time stamp on: learned after three records.
+    bench.emulator.push(bench.now_ns, b"D\x01");
+    bench.run_for(200 * MS);
+    assert!(bench.gloves().last().unwrap().device_stamp.is_some());
+    // The foreign answer and the three.
+    assert_eq!(bench.session.stats().dropped_records, 4);
+    // And takes sensors away: no glove has such records, so the settings are sent again.
+    bench.emulator.push(bench.now_ns, b"M\x0F\0\0");
+    bench.run_until(5 * S, |bench| bench.session.stats().restarts > 0);
+    bench.run_until(10 * S, |bench| {
+        running(bench) && bench.gloves().last().unwrap().device_stamp.is_none()
+    });
+    let mut states = bench.states();
+    states.reverse();
+    assert!(states.starts_with(&[
+        SessionState::Running,
+        SessionState::Querying,
+        SessionState::Stalled
+    ]));
+}
+
+#[test]
+fn a_power_cut_of_the_box_is_recovered_from() {
+    let mut bench = bench(CyberGloveSettings::default(), SensorCount::Eighteen);
+    bench.open();
+    bench.run_until(S, running);
+    bench.emulator.push(bench.now_ns, b"\x12");
+    bench.run_until(3 * S, |bench| bench.session.stats().restarts == 1);
+    bench.run_until(10 * S, running);
+    bench.run_for(100 * MS);
+    assert_eq!(bench.gloves().last().unwrap().plugged_in, Some(true));
+    assert_eq!(bench.session.fault(), None);
 }

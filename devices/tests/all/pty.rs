@@ -6,6 +6,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
 use nalgebra::{Point3, UnitQuaternion};
+use tsukamu_devices::clock::Clock;
 use tsukamu_devices::emulate::cyberglove::CyberGloveEmulator;
 use tsukamu_devices::emulate::fastrak::FastrakEmulator;
 use tsukamu_devices::emulate::pty::{PtyEmulator, PtySettings};
@@ -14,9 +15,11 @@ use tsukamu_devices::glove::calibrate::{GloveCalibration, Handedness};
 use tsukamu_devices::glove::cyberglove::session::CyberGloveSession;
 use tsukamu_devices::glove::cyberglove::settings::{CyberGloveSettings, SensorCount};
 use tsukamu_devices::glove::sensor::GloveSensor;
-use tsukamu_devices::port::{Clock, Direction, PortEvent, PortSettings, PortThread};
+use tsukamu_devices::port::{Direction, PortEvent, PortSettings};
+use tsukamu_devices::port_thread::PortThread;
 use tsukamu_devices::session::{DeviceEvent, Session, SessionState, StateChange};
-use tsukamu_devices::tracker::fastrak::session::{FastrakSession, FastrakSettings};
+use tsukamu_devices::tracker::fastrak::session::FastrakSession;
+use tsukamu_devices::tracker::fastrak::settings::FastrakSettings;
 
 /// Longest wait for anything, on a machine that is busy with other tests.
 const PATIENCE: Duration = Duration::from_secs(20);

@@ -6,7 +6,8 @@ use tsukamu_devices::emulate::fastrak::FastrakEmulator;
 use tsukamu_devices::fault::Fault;
 use tsukamu_devices::session::{DeviceEvent, PortRequest, Session, SessionState};
 use tsukamu_devices::tracker::fastrak::decode::Encoding;
-use tsukamu_devices::tracker::fastrak::session::{FastrakSession, FastrakSettings};
+use tsukamu_devices::tracker::fastrak::session::FastrakSession;
+use tsukamu_devices::tracker::fastrak::settings::FastrakSettings;
 
 use crate::support::{Bench, Loss, MS, S};
 
@@ -178,4 +179,28 @@ fn a_control_record_between_data_does_no_harm() {
     let stats = bench.session.stats();
     assert_eq!((stats.resyncs, stats.dropped_records), (0, 0));
     assert_eq!(stats.device_errors, 20);
+}
+
+#[test]
+fn a_unit_that_refuses_centimetres_is_not_believed() {
+    let mut session = FastrakSession::new(FastrakSettings::default());
+    session.port_opened(0);
+    let inches = format!("21S3F1    F31  3.1.00{:<32}\r\n", "STUBBORN");
+    let mut now_ns = 0;
+    let mut streamed = false;
+    let refused = |session: &FastrakSession| matches!(session.fault(), Some(Fault::Refused { setting, .. }) if setting == "centimetres");
+    while !refused(&session) {
+        now_ns += 10 * MS;
+        assert!(now_ns < 20 * S);
+        session.handle_timeout(now_ns);
+        let mut asked = false;
+        while let Some(command) = session.poll_transmit() {
+            asked |= command == b"S";
+            streamed |= command == b"C";
+        }
+        if asked {
+            session.push(now_ns, inches.as_bytes());
+        }
+    }
+    assert!(!streamed);
 }

@@ -3,6 +3,7 @@
 pub mod decode;
 pub mod protocol;
 pub mod session;
+pub mod settings;
 pub mod status;
 
 mod framer;

@@ -13,39 +13,11 @@ use crate::session::{DeviceEvent, DeviceInfo, PortRequest, Session, SessionState
 use crate::tracker::fastrak::decode::{Encoding, Item, LengthUnit, RecordFormat, Sample};
 use crate::tracker::fastrak::framer::{Framer, Piece};
 use crate::tracker::fastrak::protocol::{
-    ASCII, ATTEMPTS, BINARY, CENTIMETRES, CONTINUOUS, FAMILY, MAX_BAD_BYTES, N_STATIONS, QUIET,
-    RESETS, SILENCE_NS, STATUS, STATUS_NS, data_usable,
+    ATTEMPTS, CONTINUOUS, FAMILY, MAX_BAD_BYTES, N_STATIONS, QUIET, RESETS, SILENCE_NS, STATUS,
+    STATUS_NS, data_usable,
 };
+use crate::tracker::fastrak::settings::{FastrakSettings, commands};
 use crate::tracker::fastrak::status::{ControlRecord, StatusRecord};
-
-/// What the user may choose.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FastrakSettings {
-    /// Which of the stations 1 to 4 are used; the others are switched off, for the rate is shared.
-    pub stations: [bool; N_STATIONS],
-    /// How numbers are sent.
-    pub encoding: Encoding,
-    /// Hemisphere of every station: the direction from the transmitter in which the receivers are, in transmitter
-    /// space; `None` leaves the unit's own, which is forward (1, 0, 0) from the factory.
-    pub hemisphere: Option<[f64; 3]>,
-    /// Position filter (F, low, high, factor); `None` leaves the unit's own.
-    pub position_filter: Option<[f64; 4]>,
-    /// Attitude filter (F, low, high, factor); `None` leaves the unit's own.
-    pub attitude_filter: Option<[f64; 4]>,
-}
-
-impl Default for FastrakSettings {
-    /// Station 1, binary.
-    fn default() -> Self {
-        Self {
-            stations: [true, false, false, false],
-            encoding: Encoding::Binary,
-            hemisphere: None,
-            position_filter: None,
-            attitude_filter: None,
-        }
-    }
-}
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stage {
@@ -128,7 +100,7 @@ impl FastrakSession {
     }
 
     fn configure(&mut self, now_ns: u64, attempt: u32) {
-        for command in configuration(&self.settings, &self.format.items) {
+        for command in commands(&self.settings, &self.format.items) {
             self.core.send(command);
         }
         self.core.send([STATUS]);
@@ -272,40 +244,6 @@ impl FastrakSession {
             self.deadline_ns = None;
         }
     }
-}
-
-/// The settings as commands, in the order in which they are sent.
-fn configuration(settings: &FastrakSettings, items: &[Item]) -> Vec<Vec<u8>> {
-    let list: String = items
-        .iter()
-        .map(|item| format!(",{}", item.number()))
-        .collect();
-    let mut commands = vec![vec![CENTIMETRES]];
-    let mut text = |command: String| commands.push(command.into_bytes());
-    for (station, used) in (1..).zip(settings.stations) {
-        text(format!("l{station},{}\r", u8::from(used)));
-        if used {
-            text(format!("O{station}{list}\r"));
-        }
-        if let Some([x, y, z]) = settings.hemisphere.filter(|_| used) {
-            text(format!("H{station},{x:.2},{y:.2},{z:.2}\r"));
-        }
-    }
-    for (letter, filter) in [
-        ('x', settings.position_filter),
-        ('v', settings.attitude_filter),
-    ] {
-        if let Some([sensitivity, low, high, factor]) = filter {
-            text(format!(
-                "{letter}{sensitivity:.2},{low:.2},{high:.2},{factor:.2}\r"
-            ));
-        }
-    }
-    commands.push(vec![match settings.encoding {
-        Encoding::Ascii => ASCII,
-        Encoding::Binary => BINARY,
-    }]);
-    commands
 }
 
 impl Session for FastrakSession {
