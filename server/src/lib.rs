@@ -1,1 +1,22 @@
 //! The Tsukamu daemon as a library, so that tests can run it in process.
+
+/// Every setting, its unit, its bounds, its default; text to checked values.
+pub mod settings;
+/// Scenes as TOML files or by built-in name.
+pub mod scene_file;
+/// TOML texts that people write, read with all their mistakes.
+pub mod document;
+/// The frame lane: encoded once, newest wins.
+pub mod broadcast;
+/// The event lane: bounded, numbered, resumable.
+pub mod event_log;
+/// World values to wire messages and back.
+pub mod convert;
+/// Recordings: written, read, verified, exported.
+pub mod record;
+/// What is handed to a recording.
+pub mod recorder_handle;
+/// What the daemon counts about itself.
+pub mod metrics;
+/// The daemon's time.
+pub mod clock;

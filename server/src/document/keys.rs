@@ -225,6 +225,47 @@ impl<'t> Keys<'t> {
         Some(number as u32)
     }
 
+    /// A list of one to `n_max` whole numbers, each within bounds.
+    pub fn wholes(
+        &mut self,
+        sheet: &mut Sheet<'_>,
+        key: &'static str,
+        bounds: Bounds,
+        n_max: usize,
+    ) -> Option<Vec<u32>> {
+        let value = self.ask(key)?;
+        let list = value
+            .get_ref()
+            .as_array()
+            .filter(|list| (1..=n_max).contains(&list.len()));
+        let Some(list) = list else {
+            self.wrong_type(
+                sheet,
+                key,
+                value,
+                &format!("a list of 1 to {n_max} whole numbers"),
+            );
+            return None;
+        };
+        let mut wholes = Vec::new();
+        for (index, element) in list.iter().enumerate() {
+            let number = number_of(element.get_ref()).filter(|number| number.fract() == 0.0);
+            let fault = match number {
+                Some(number) => bounds.fault(number),
+                None => Some("is no whole number".to_owned()),
+            };
+            match fault {
+                Some(fault) => sheet.fault(
+                    &element.span(),
+                    format!("{}[{index}]", self.path_of(key)),
+                    fault,
+                ),
+                None => wholes.extend(number.map(|number| number as u32)),
+            }
+        }
+        (wholes.len() == list.len()).then_some(wholes)
+    }
+
     /// A list of exactly `N` numbers, each within bounds; `shape` names them, e.g. `[x, y, z]`.
     pub fn numbers<const N: usize>(
         &mut self,

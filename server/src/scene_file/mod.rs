@@ -48,7 +48,7 @@ pub mod builtin;
 pub mod hands;
 pub mod mesh;
 
-mod keys;
+pub(crate) mod keys;
 mod object;
 mod target;
 

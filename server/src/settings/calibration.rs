@@ -1,0 +1,44 @@
+//! The calibration file of one wearer.
+
+use std::path::Path;
+
+use tsukamu_devices::glove::calibrate::GloveCalibration;
+
+use crate::document::mistake::{Mistake, Mistakes, Sheet};
+
+/// The calibration in this file.
+///
+/// # Errors
+/// When it cannot be read, or every mistake in it.
+pub fn load(file: &Path) -> Result<GloveCalibration, Mistakes> {
+    let origin = file.display().to_string();
+    let text = std::fs::read_to_string(file)
+        .map_err(|fault| Mistakes::one(&origin, format!("cannot be read: {fault}")))?;
+    parse(&origin, &text)
+}
+
+/// The calibration in this text.
+///
+/// # Errors
+/// The first mistake of syntax or type with its place, or else every value that is out of bounds.
+pub fn parse(origin: &str, text: &str) -> Result<GloveCalibration, Mistakes> {
+    let mut sheet = Sheet::new(origin, text);
+    match toml::from_str::<GloveCalibration>(text) {
+        Ok(calibration) => {
+            for problem in calibration.problems() {
+                let (origin, message) = (origin.to_owned(), problem.to_string());
+                sheet.fault_elsewhere(Mistake {
+                    origin,
+                    place: None,
+                    key: String::new(),
+                    message,
+                });
+            }
+            sheet.into_mistakes().or_value(calibration)
+        }
+        Err(fault) => {
+            sheet.fault(&fault.span().unwrap_or(0..0), "", fault.message().trim());
+            Err(sheet.into_mistakes())
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! One `[[hand]]`: a glove and a tracker that make a hand.
+
+use tsukamu_world::hand::joint::Side;
+use tsukamu_world::hand::skeleton::HandModel;
+
+use super::device::{DeviceKind, DeviceSettings};
+use crate::document::keys::{Bounds, Keys};
+use crate::document::mistake::Sheet;
+
+/// A hand driven by devices.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HandSettings {
+    /// Its name, unique.
+    pub name: String,
+    /// Index of its glove in the settings' devices.
+    pub glove: usize,
+    /// Index of its tracker in the settings' devices.
+    pub tracker: usize,
+    /// Station of that tracker, 1 to 4.
+    pub station: u8,
+    /// The wearer's hand.
+    pub model: HandModel,
+    /// Its filter; `None` is off.
+    pub filter: Option<FilterSettings>,
+}
+
+/// A One-Euro filter (Casiez et al. 2012).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilterSettings {
+    /// Cut-off at rest, in Hz.
+    pub min_cutoff_hz: f64,
+    /// How fast the cut-off rises with speed, per metre or radian.
+    pub beta: f64,
+}
+
+/// Every hand. One with a mistake is left out, and the sheet says why.
+pub(super) fn read_all(
+    top: &mut Keys<'_>,
+    sheet: &mut Sheet<'_>,
+    devices: &[DeviceSettings],
+) -> Vec<HandSettings> {
+    let mut hands: Vec<HandSettings> = Vec::new();
+    for mut keys in top.tables(sheet, "hand") {
+        let hand = read(&mut keys, sheet, devices);
+        keys.finish(sheet);
+        let Some(hand) = hand else { continue };
+        if hands.iter().any(|other| other.name == hand.name) {
+            keys.fault(
+                sheet,
+                "name",
+                format!("is {:?}, which another hand carries", hand.name),
+            );
+        }
+        hands.push(hand);
+    }
+    hands
+}
+
+fn read(
+    keys: &mut Keys<'_>,
+    sheet: &mut Sheet<'_>,
+    devices: &[DeviceSettings],
+) -> Option<HandSettings> {
+    keys.require(sheet, "name", "a text, unique among hands");
+    keys.require(sheet, "side", "left or right");
+    let name = keys.text(sheet, "name");
+    let side = keys.choice(sheet, "side", &["left", "right"]);
+    let glove = device(keys, sheet, devices, "glove", "cyberglove");
+    let tracker = device(keys, sheet, devices, "tracker", "fastrak");
+    let station = keys
+        .whole(sheet, "station", Bounds::within(1.0, 4.0, ""))
+        .unwrap_or(1);
+    let scale = keys
+        .number(sheet, "scale", Bounds::within(0.5, 2.0, ""))
+        .unwrap_or(1.0);
+    let point_radius = keys
+        .number(sheet, "point_radius", Bounds::within(0.0, 0.05, "m"))
+        .unwrap_or(0.0);
+    let palm_contacts = keys.flag(sheet, "palm_contacts").unwrap_or(false);
+    let min_cutoff_hz = keys.number(sheet, "min_cutoff_hz", Bounds::above(0.0, 1000.0, "Hz"));
+    let beta = keys.number(sheet, "beta", Bounds::within(0.0, 1000.0, ""));
+    if beta.is_some() && !keys.has("min_cutoff_hz") {
+        keys.fault(sheet, "beta", "does nothing without min_cutoff_hz");
+    }
+    let adult = HandModel::adult(if side? == "left" {
+        Side::Left
+    } else {
+        Side::Right
+    });
+    let model = HandModel {
+        skeleton: adult.skeleton.scaled(scale),
+        point_radius,
+        palm_contacts,
+        ..adult
+    };
+    if let Err(fault) = model.validate() {
+        keys.fault(sheet, "scale", fault.to_string());
+    }
+    let filter = min_cutoff_hz.map(|min_cutoff_hz| FilterSettings {
+        min_cutoff_hz,
+        beta: beta.unwrap_or(0.0),
+    });
+    let tracker = tracker?;
+    if let DeviceKind::Fastrak { settings, .. } = &devices[tracker].kind
+        && !settings.stations[station as usize - 1]
+    {
+        keys.fault(
+            sheet,
+            "station",
+            format!("is {station}, which the tracker's stations leave out"),
+        );
+    }
+    Some(HandSettings {
+        name: name?,
+        glove: glove?,
+        tracker,
+        station: station as u8,
+        model,
+        filter,
+    })
+}
+
+/// Index of the device that a key names.
+fn device(
+    keys: &mut Keys<'_>,
+    sheet: &mut Sheet<'_>,
+    devices: &[DeviceSettings],
+    key: &'static str,
+    kind: &str,
+) -> Option<usize> {
+    keys.require(sheet, key, &format!("the name of a {kind} device"));
+    let name = keys.text(sheet, key)?;
+    let found = devices
+        .iter()
+        .position(|device| device.name == name && device.kind.name() == kind);
+    if found.is_none() {
+        keys.fault(
+            sheet,
+            key,
+            format!("is {name:?}; there is no {kind} device of that name without mistakes"),
+        );
+    }
+    found
+}

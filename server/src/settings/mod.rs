@@ -1,0 +1,193 @@
+//! The daemon's settings: a TOML file, then environment variables, then flags; the later wins.
+//!
+//! # Keys
+//!
+//! Every key of this first table is also a flag (`--rate-hz`) and a variable (`TSUKAMU_RATE_HZ`).
+//!
+//! | key | unit, bounds | default |
+//! | --- | --- | --- |
+//! | `listen` | address and port; anything but loopback is open to the network | `127.0.0.1:7447` |
+//! | `scene` | a built-in scene or a scene file | `demo` |
+//! | `hands` | `synthetic:NAME` or hand CSV files (a list in the file; separated by `;` in a flag) | the scene's, unless there is a `[[hand]]` |
+//! | `rate_hz` | steps per second, 1 to 4000 | the scene's |
+//! | `mode` | `realtime`, or `lockstep`: only a client's `Step` advances the world | `realtime` |
+//! | `tracking_grace_s` | s, 0 to 60: how long a hand that is not seen keeps hold | the scene's |
+//! | `keyframe_interval_s` | s, 0.05 to 60: how often a frame holds all objects | 1 |
+//! | `event_log` | events kept for clients that resume, 16 to 10 000 000 | 65 536 |
+//! | `recording_dir` | folder of recordings, made when the first begins | `recordings` |
+//! | `record` | `true`: record from the start | `false` |
+//! | `record_frames` | `true`: such a recording holds every frame too | `false` |
+//! | `record_raw` | `true`: and the raw bytes and samples of the sources | `false` |
+//! | `log` | log filter, e.g. `info` or `tsukamu_server=debug` | `info` |
+//!
+//! Each `[[device]]`:
+//!
+//! | key | unit, bounds | default |
+//! | --- | --- | --- |
+//! | `name` | text, unique | must be given |
+//! | `kind` | `"cyberglove"` or `"fastrak"` | must be given |
+//! | `port` | the port's path, best one of `/dev/serial/by-id` | must be given |
+//! | `bauds` | bit/s, tried in turn; at most 8 | `[115200]` |
+//! | `sensors` | `cyberglove`: 18 or 22 | the glove's own answer |
+//! | `sampling` | `cyberglove`: `"stream"` or `"poll"` (100 Hz) | `"stream"` |
+//! | `sample_rate_hz` | `cyberglove`: Hz, 0.01 to 1000 | 100 |
+//! | `calibration` | `cyberglove`: the wearer's calibration file, beside the settings | none: factory means |
+//! | `stations` | `fastrak`: stations in use, 1 to 4; they share the rate | `[1]` |
+//! | `encoding` | `fastrak`: `"binary"` or `"ascii"` | `"binary"` |
+//! | `hemisphere` | `fastrak`: `[x, y, z]` toward the receivers, transmitter space | the unit's own |
+//! | `transmitter_position` | `fastrak`: `[x, y, z]` m, world space, within 100 | `[0, 0, 0]` |
+//! | `transmitter_rotation_deg` | `fastrak`: `[yaw, pitch, roll]` °, of the transmitter as the driver reports it, y up | `[0, 0, 0]` |
+//!
+//! Each `[[hand]]`, a hand driven by devices:
+//!
+//! | key | unit, bounds | default |
+//! | --- | --- | --- |
+//! | `name` | text, unique | must be given |
+//! | `side` | `"left"` or `"right"` | must be given |
+//! | `glove` | name of a `cyberglove` device | must be given |
+//! | `tracker` | name of a `fastrak` device | must be given |
+//! | `station` | station of that tracker, 1 to 4 | 1 |
+//! | `scale` | size of the hand against an adult's, 0.5 to 2 | 1 |
+//! | `point_radius` | m, 0 to 0.05: how far contact points stand out from the joints | 0 |
+//! | `palm_contacts` | `true`: the palm touches too | `false` |
+//! | `min_cutoff_hz` | One-Euro filter (Casiez et al. 2012): cut-off at rest, Hz, above 0 up to 1000; turns the filter on | off |
+//! | `beta` | One-Euro filter: how fast the cut-off rises with speed, 0 to 1000 | 0 |
+
+pub mod calibration;
+pub mod device;
+pub mod hand;
+pub mod overrides;
+
+mod general;
+
+#[cfg(test)]
+mod tests;
+
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+use crate::document::keys::with_top_table;
+use crate::document::mistake::{Mistakes, Sheet};
+use crate::scene_file::hands::HandSourceSpec;
+use device::DeviceSettings;
+use hand::HandSettings;
+use overrides::Overrides;
+
+/// Where the daemon listens unless it is told otherwise.
+pub const LISTEN_DEFAULT: &str = "127.0.0.1:7447";
+
+/// Every setting of the daemon, checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Address and port of gRPC, status page and metrics.
+    pub listen: SocketAddr,
+    /// What is simulated.
+    pub world: WorldSettings,
+    /// What clients are given.
+    pub publish: PublishSettings,
+    /// What is written to disk.
+    pub recording: RecordingSettings,
+    /// Filter of the log.
+    pub log: String,
+    /// Hands from files and computed ones. `None`: the scene's own, unless `hands` has some.
+    pub sources: Option<Vec<HandSourceSpec>>,
+    /// Gloves and trackers.
+    pub devices: Vec<DeviceSettings>,
+    /// Hands driven by them.
+    pub hands: Vec<HandSettings>,
+}
+
+/// How time passes in the daemon.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mode {
+    /// By the clock, at the step rate.
+    #[default]
+    Realtime,
+    /// Only by a client's `Step`.
+    Lockstep,
+}
+
+impl Mode {
+    /// The name in settings and on the wire.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Realtime => "realtime",
+            Self::Lockstep => "lockstep",
+        }
+    }
+}
+
+/// What is simulated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorldSettings {
+    /// A built-in scene's name, or a scene file.
+    pub scene: String,
+    /// Steps per second in place of the scene's, 1 to 4000.
+    pub rate_hz: Option<f64>,
+    /// How time passes.
+    pub mode: Mode,
+    /// Grace time in seconds in place of the scene's, 0 to 60.
+    pub tracking_grace_s: Option<f64>,
+}
+
+/// What clients are given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PublishSettings {
+    /// Seconds between frames that hold all objects, 0.05 to 60.
+    pub keyframe_interval_s: f64,
+    /// Events kept for clients that resume, 16 to 10 000 000.
+    pub event_log: usize,
+}
+
+/// What is written to disk.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RecordingSettings {
+    /// Folder of recordings.
+    pub dir: PathBuf,
+    /// Whether to record from the start.
+    pub from_start: bool,
+    /// Whether such a recording holds every frame.
+    pub frames: bool,
+    /// Whether it holds raw bytes and samples.
+    pub raw: bool,
+}
+
+/// Settings from a file's text and what overrides it. Files named in it are looked for in `folder`.
+///
+/// # Errors
+/// Every mistake, each with file, line, column and key, or with the flag or variable that holds it.
+pub fn parse(
+    origin: &str,
+    text: &str,
+    folder: &Path,
+    overrides: &Overrides,
+) -> Result<Settings, Mistakes> {
+    let mut sheet = Sheet::new(origin, text);
+    let settings = with_top_table(&mut sheet, |top, sheet| {
+        general::read(top, sheet, folder, overrides)
+    });
+    let mistakes = sheet.into_mistakes();
+    match settings {
+        Some(settings) => mistakes.or_value(settings),
+        None => Err(mistakes),
+    }
+}
+
+/// Settings from a file, or from the defaults where none is named, and what overrides them.
+///
+/// # Errors
+/// When the file cannot be read, or every mistake in it.
+pub fn load(file: Option<&Path>, overrides: &Overrides) -> Result<Settings, Mistakes> {
+    let Some(file) = file else {
+        return parse("settings", "", Path::new(""), overrides);
+    };
+    let origin = file.display().to_string();
+    let text = std::fs::read_to_string(file)
+        .map_err(|fault| Mistakes::one(&origin, format!("cannot be read: {fault}")))?;
+    parse(
+        &origin,
+        &text,
+        file.parent().unwrap_or_else(|| Path::new("")),
+        overrides,
+    )
+}

@@ -1,0 +1,184 @@
+//! Settings texts and flags in, settings or mistakes out.
+
+use std::path::Path;
+
+use super::device::DeviceKind;
+use super::overrides::{KEYS, Overrides};
+use super::{Mode, Settings, parse};
+use crate::document::mistake::Mistakes;
+
+fn read(text: &str, flags: &[(&str, &str)]) -> Result<Settings, Mistakes> {
+    let mut overrides = Overrides::default();
+    flags.iter().for_each(|(key, value)| {
+        overrides.add(key, format!("--{}", key.replace('_', "-")), *value)
+    });
+    parse("t.toml", text, Path::new(""), &overrides)
+}
+
+/// Asserts exactly these mistakes, one line each.
+fn check(text: &str, flags: &[(&str, &str)], expected: &[&str]) {
+    let found = read(text, flags)
+        .err()
+        .map(|mistakes| mistakes.to_string())
+        .unwrap_or_default();
+    assert_eq!(found.lines().collect::<Vec<_>>(), expected, "in\n{text}");
+}
+
+const DEVICES: &str = "[[device]]\nname = 'g'\nkind = 'cyberglove'\nport = '/dev/a'\n\
+    [[device]]\nname = 't'\nkind = 'fastrak'\nport = '/dev/b'\nstations = [2]\nencoding = 'ascii'\n";
+
+#[test]
+fn nothing_given_is_the_demo_on_loopback() {
+    let settings = read("", &[]).unwrap();
+    assert!(settings.listen.ip().is_loopback());
+    assert_eq!(
+        (settings.world.scene.as_str(), settings.world.mode),
+        ("demo", Mode::Realtime)
+    );
+    assert_eq!(
+        (settings.sources, settings.recording.from_start),
+        (None, false)
+    );
+}
+
+#[test]
+fn flags_stand_above_the_file() {
+    let text = "scene = 'target-game'\nrate_hz = 500\nmode = 'realtime'\nlisten = '0.0.0.0:1'\nrecord = false";
+    let flags = [
+        ("rate_hz", "1000"),
+        ("mode", "lockstep"),
+        ("hands", "synthetic:a;synthetic:b"),
+        ("record", "true"),
+    ];
+    let settings = read(text, &flags).unwrap();
+    assert_eq!(
+        (settings.world.scene.as_str(), settings.world.rate_hz),
+        ("target-game", Some(1000.0))
+    );
+    assert_eq!(
+        (settings.world.mode, settings.recording.from_start),
+        (Mode::Lockstep, true)
+    );
+    assert_eq!(settings.sources.map(|sources| sources.len()), Some(2));
+    assert_eq!(settings.listen.port(), 1);
+}
+
+#[test]
+fn devices_and_hands_find_each_other() {
+    let text = format!(
+        "{DEVICES}[[hand]]\nname = 'h'\nside = 'left'\nglove = 'g'\ntracker = 't'\nstation = 2\nscale = 0.9\nmin_cutoff_hz = 1\n"
+    );
+    let settings = read(&text, &[]).unwrap();
+    let hand = &settings.hands[0];
+    assert_eq!(
+        (
+            hand.glove,
+            hand.tracker,
+            hand.station,
+            hand.model.side.name()
+        ),
+        (0, 1, 2, "left")
+    );
+    assert_eq!(hand.filter.map(|filter| filter.beta), Some(0.0));
+    let DeviceKind::Fastrak {
+        settings: tracker, ..
+    } = &settings.devices[1].kind
+    else {
+        panic!("a tracker")
+    };
+    assert_eq!(tracker.stations, [false, true, false, false]);
+    assert_eq!(settings.devices[0].bauds, [115_200]);
+}
+
+#[test]
+fn all_mistakes_are_reported_at_once() {
+    check(
+        "listen = 'here'\nrate_hz = 0\nkeyframe_interval = 2\n[[device]]\nname = 'g'\nkind = 'cyberglobe'\nport = 3\n",
+        &[
+            ("mode", "lockstop"),
+            ("event_log", "many"),
+            ("hands", "no.csv"),
+        ],
+        &[
+            "--mode: mode: is \"lockstop\"; it must be one of realtime, lockstep",
+            "--event-log: event_log: is \"many\"; it must be a number",
+            "--hands: hands: names \"no.csv\"; there is no such file, and no synthetic:NAME",
+            "t.toml:1:10: listen: is \"here\"; it must be an address with a port, such as 127.0.0.1:7447",
+            "t.toml:2:11: rate_hz: is 0; it must be from 1 to 4000 steps per second",
+            "t.toml:3:1: keyframe_interval: is no known key; did you mean keyframe_interval_s?",
+            "t.toml:6:8: device[0].kind: is \"cyberglobe\"; it must be one of \"cyberglove\", \"fastrak\"; did you mean \"cyberglove\"?",
+            "t.toml:7:8: device[0].port: is a integer; it must be text in quotes",
+        ],
+    );
+}
+
+#[test]
+fn mistakes_between_devices_and_hands() {
+    let hand = "[[hand]]\nname = 'h'\nside = 'right'\nglove = 'g'\ntracker = 't'\n";
+    for (text, expected) in [
+        (
+            format!("{DEVICES}{hand}"),
+            "t.toml:11:1: hand[0].station: is 1, which the tracker's stations leave out",
+        ),
+        (
+            format!("{DEVICES}{hand}station = 2\nbeta = 1"),
+            "t.toml:17:8: hand[0].beta: does nothing without min_cutoff_hz",
+        ),
+        (
+            hand.replace("'t'", "'g'").replace("'g'\n", "'x'\n"),
+            "t.toml:4:9: hand[0].glove: is \"x\"; there is no cyberglove device of that name without mistakes",
+        ),
+        (
+            format!("{DEVICES}[[device]]\nname = 'g'\nkind = 'fastrak'\nport = '/dev/c'"),
+            "t.toml:12:8: device[2].name: is \"g\", which another device carries",
+        ),
+        (
+            format!("{DEVICES}[[device]]\nname = 'u'\nkind = 'fastrak'\nport = '/dev/a'"),
+            "t.toml:14:8: device[2].port: is \"/dev/a\", which another device is on",
+        ),
+    ] {
+        let found = read(&text, &[]).unwrap_err().to_string();
+        assert!(
+            found.lines().any(|line| line == expected),
+            "{found}\nlacks\n{expected}"
+        );
+    }
+}
+
+#[test]
+fn every_key_can_be_overridden() {
+    let good = |key: &str| match key {
+        "listen" => "[::1]:9",
+        "hands" => "synthetic:x",
+        "mode" => "realtime",
+        "rate_hz" | "tracking_grace_s" | "keyframe_interval_s" | "event_log" => "20",
+        "record" | "record_frames" | "record_raw" => "true",
+        _ => "words",
+    };
+    let flags: Vec<(&str, &str)> = KEYS.into_iter().map(|key| (key, good(key))).collect();
+    let settings = read("", &flags).unwrap();
+    let default = read("", &[]).unwrap();
+    assert_ne!(settings.listen, default.listen);
+    assert_ne!(settings.world.scene, default.world.scene);
+    assert_ne!(settings.publish, default.publish);
+    assert_ne!(settings.recording, default.recording);
+    assert_eq!(
+        (settings.log.as_str(), settings.world.tracking_grace_s),
+        ("words", Some(20.0))
+    );
+}
+
+#[test]
+fn calibration_mistakes_name_their_place() {
+    let parse =
+        |text| super::calibration::parse("c.toml", text).map_err(|mistakes| mistakes.to_string());
+    assert!(parse("wearer = 'x'").is_ok());
+    let unknown = parse("wearer = 'x'\nglove = 3").unwrap_err();
+    assert!(
+        unknown.starts_with("c.toml:2:1: unknown field"),
+        "{unknown}"
+    );
+    let bad_mount =
+        parse("[mount]\nposition_m = [0, 0, 0]\nrotation_xyzw = [0, 0, 0, 3]").unwrap_err();
+    assert!(bad_mount.contains("unit quaternion"), "{bad_mount}");
+}
