@@ -66,8 +66,9 @@ fn put_numbers(bytes: &mut Vec<u8>, values: &[f64], decimals: usize, encoding: E
 /// Two bytes of 7 bits for each fraction of full range, low part first; the first byte of the data has bit 7 set.
 fn put_packed(bytes: &mut Vec<u8>, fractions: &[f64], header: usize) {
     for fraction in fractions {
-        // The cast saturates, so full range becomes 32767.
-        let bits = ((fraction * 32768.0).round() as i16).cast_unsigned();
+        // 14 bits are sent, and full range is the greatest number that fits.
+        let steps = (fraction.clamp(-1.0, 1.0) * 8191.0).round() as i16;
+        let bits = (steps << 2).cast_unsigned();
         let phase = if bytes.len() == header { 0x80 } else { 0 };
         bytes.push(((bits >> 2) & 0x7F) as u8 | phase);
         bytes.push(((bits >> 9) & 0x7F) as u8);

@@ -6,6 +6,7 @@
 )]
 
 mod calibration;
+mod emulators;
 mod garbage;
 mod glove_examples;
 mod glove_session;

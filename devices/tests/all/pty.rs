@@ -56,7 +56,7 @@ impl Port {
         let (sender, events) = sync_channel(10_000);
         let settings = PortSettings {
             path: path.to_str().unwrap().to_owned(),
-            bauds: vec![115_200],
+            bauds: vec![115_200, 9_600],
             raw: false,
         };
         let clock = Clock::new(Instant::now());
@@ -214,6 +214,19 @@ fn a_port_in_use_is_called_busy_and_taken_when_free() {
     assert!(matches!(fault, Fault::Busy { .. }), "{fault:?}");
     drop(first);
     second.wait_for_state(SessionState::Running);
+}
+
+#[test]
+fn a_silent_device_is_reopened_at_the_next_rate() {
+    let mut emulator = FastrakEmulator::new();
+    emulator.faults.freeze();
+    let emulated = PtyEmulator::spawn(emulator, PtySettings::default(), |_, _| {}).unwrap();
+    let session = FastrakSession::new(FastrakSettings::default());
+    let port = Port::open(emulated.path(), session);
+    let fault = port.wait_for_state(SessionState::Absent);
+    assert_eq!(fault, Some(Fault::Silent { device: "Fastrak" }));
+    emulated.with(|tracker| tracker.faults.thaw());
+    port.wait_for_state(SessionState::Running);
 }
 
 #[test]
