@@ -8,18 +8,38 @@ use super::mesh::Mesh;
 use super::normals::SignNormals;
 use super::outline::{Outline, outline};
 use super::pairs::FacePairs;
-use super::tolerances::{BOX_PADDING, COPLANAR_DISTANCE, DEGENERATE_VOLUME, LINE_THROUGH_CENTRE};
+use super::tolerances::{BOX_PADDING, CENTRED, COPLANAR_DISTANCE, DEGENERATE_VOLUME, LINE_THROUGH_CENTRE};
 use super::tree::Tree;
 use super::{Edge, Face, Polyhedron, Triangle, check, mass, merge};
 
 /// Vertices times faces up to which convexity is also checked point by point (a star can fool its edges).
 const MAX_CONVEXITY_CHECKS: usize = 4_000_000;
 
+/// Rounds after which the centre of gravity is in the origin to the last bit, wherever the author put it.
+const MAX_ROUNDS: usize = 4;
+
 /// See [`Polyhedron::from_faces`].
+///
+/// The solid is made once more from its own points and triangles, until that changes nothing: so whoever has these,
+/// a recording for one, makes the same solid from them to the last bit.
 pub(super) fn from_faces(
     vertices: &[Point3<f64>],
     faces: &[Vec<u32>],
 ) -> Result<Polyhedron, ShapeFault> {
+    let mut solid = once(vertices, faces)?;
+    let centroid = solid.centroid;
+    for _ in 0..MAX_ROUNDS {
+        let triangles: Vec<Vec<u32>> = solid.triangles.iter().map(|t| t.vertices.to_vec()).collect();
+        solid = once(&solid.points, &triangles)?;
+        if solid.centroid == Point3::origin() {
+            break;
+        }
+    }
+    Ok(Polyhedron { centroid, ..solid })
+}
+
+/// One round of [`from_faces`].
+fn once(vertices: &[Point3<f64>], faces: &[Vec<u32>]) -> Result<Polyhedron, ShapeFault> {
     let size = check::size(vertices, faces)?;
     check::no_degenerate_face(vertices, faces, size)?;
     check::one_closed_surface(faces)?;
@@ -35,6 +55,8 @@ pub(super) fn from_faces(
     if volume < 0.0 {
         return Err(ShapeFault::InsideOut { volume });
     }
+    let is_centred = centroid.coords.norm() <= CENTRED * size;
+    let centroid = if is_centred { Point3::origin() } else { centroid };
     mesh.points
         .iter_mut()
         .for_each(|p| *p = Point3::from(*p - centroid));

@@ -13,6 +13,9 @@ pub const MIN_SIZE_M: f64 = 1e-4;
 /// Largest coordinate and bounding box diagonal, metres. Above it a nanometre is lost in f64.
 pub const MAX_SIZE_M: f64 = 1e5;
 
+/// Distance of the centre of gravity from the origin that is rounding, as a share of the shape's size: such a shape
+/// stays where it is. A larger value would leave shapes off their centre.
+pub const CENTRED: f64 = 1e-13;
 /// Thickness of a polygon under which it has no area, as a share of the shape's size (box diagonal).
 pub const DEGENERATE_THICKNESS: f64 = 1e-9;
 /// Volume under which a shape has none, as a share of the cube of its size. A 1 m needle of 2 um passes.
