@@ -15,8 +15,13 @@ pub struct Clock {
 impl Clock {
     /// A clock that starts now.
     pub fn start() -> Self {
-        let since_unix = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO);
-        Self { origin: Instant::now(), wall_at_origin_ns: nanoseconds(since_unix) }
+        let since_unix = SystemTime::now()
+            .duration_since(UNIX_EPOCH)
+            .unwrap_or(Duration::ZERO);
+        Self {
+            origin: Instant::now(),
+            wall_at_origin_ns: nanoseconds(since_unix),
+        }
     }
 
     /// Nanoseconds since the clock was started.

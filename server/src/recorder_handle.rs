@@ -62,7 +62,14 @@ impl RecorderHandle {
     /// A handle and the writer's end of its channel. The writer is done when every handle is gone.
     pub fn channel(options: RecordOptions) -> (Self, Receiver<Record>) {
         let (items, receiver) = sync_channel(QUEUE_CAPACITY);
-        (Self { items, dropped: Arc::new(AtomicU64::new(0)), options }, receiver)
+        (
+            Self {
+                items,
+                dropped: Arc::new(AtomicU64::new(0)),
+                options,
+            },
+            receiver,
+        )
     }
 
     /// Hands over an item, or drops and counts it when the writer is behind or gone.
@@ -96,7 +103,14 @@ mod tests {
     fn a_slow_writer_costs_items_and_no_time() {
         let (handle, receiver) = RecorderHandle::channel(RecordOptions::default());
         for tick in 0..QUEUE_CAPACITY as u64 + 3 {
-            handle.offer(tick, RecordItem::Digest(v1::Digest { epoch: 1, tick, digest: tick }));
+            handle.offer(
+                tick,
+                RecordItem::Digest(v1::Digest {
+                    epoch: 1,
+                    tick,
+                    digest: tick,
+                }),
+            );
         }
         assert_eq!(handle.dropped(), 3);
         drop(handle);

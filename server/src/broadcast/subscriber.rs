@@ -1,0 +1,201 @@
+//! One subscriber's stream: newest wins, keyframe before its deltas, told what it missed.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use bytes::Bytes;
+use futures_core::Stream;
+use prost::Message;
+use tokio::sync::watch;
+use tokio::time::Instant;
+use tonic::Status;
+use tsukamu_proto::v1;
+use tsukamu_proto::v1::watch_frames_response::Kind;
+
+use crate::metrics::Metrics;
+
+use super::inbox::Inbox;
+use super::publisher::Published;
+
+/// Slowest rate a subscriber may ask for, frames per second: below it a stream looks dead.
+const RATE_MIN_HZ: f64 = 0.1;
+
+/// What streams are made of; cheap to clone.
+#[derive(Clone, Debug)]
+pub struct FrameLane {
+    /// To ask the publisher for a frame.
+    pub inbox: Arc<Inbox>,
+    /// The newest frame.
+    pub frames: watch::Receiver<Published>,
+    /// Counts subscribers and what they get.
+    pub metrics: Arc<Metrics>,
+}
+
+impl FrameLane {
+    /// Frames from now on, at most `max_rate_hz` per second, 0 for all. The first is a keyframe.
+    ///
+    /// # Errors
+    /// `INVALID_ARGUMENT` when the rate is negative, not a number, or too slow.
+    pub fn watch(
+        &self,
+        max_rate_hz: f64,
+    ) -> Result<impl Stream<Item = Result<Bytes, Status>> + Send + use<>, Status> {
+        let interval = match max_rate_hz {
+            0.0 => None,
+            rate if rate >= RATE_MIN_HZ => Some(Duration::from_secs_f64(1.0 / rate)),
+            rate => {
+                return Err(Status::invalid_argument(format!(
+                    "max_rate_hz is {rate}: it must be 0 (every step) or at least {RATE_MIN_HZ} frames per second"
+                )));
+            }
+        };
+        self.metrics
+            .frame_subscribers
+            .fetch_add(1, Ordering::AcqRel);
+        let subscriber = Subscriber {
+            present: Present(Arc::clone(&self.metrics)),
+            // In this order: what is published after the count went up is meant for us.
+            first_serial: self.inbox.want_frame(),
+            frames: self.frames.clone(),
+            held: None,
+            shown: None,
+            count: None,
+            pace: interval.map(|interval| Pace {
+                interval,
+                due: None,
+            }),
+            n_skipped: 0,
+            ready: VecDeque::with_capacity(3),
+        };
+        Ok(futures_util::stream::unfold(
+            subscriber,
+            |mut subscriber| async {
+                let item = subscriber.next().await?;
+                Some((Ok(item), subscriber))
+            },
+        ))
+    }
+}
+
+/// Counts the subscriber out when its stream goes, in whatever way.
+#[derive(Debug)]
+struct Present(Arc<Metrics>);
+
+impl Drop for Present {
+    fn drop(&mut self) {
+        self.0.frame_subscribers.fetch_sub(1, Ordering::AcqRel);
+    }
+}
+
+#[derive(Debug)]
+struct Subscriber {
+    present: Present,
+    first_serial: u64,
+    frames: watch::Receiver<Published>,
+    /// Epoch and tick of the keyframe that was sent last.
+    held: Option<(u64, u64)>,
+    /// Epoch and tick of the frame that was sent last.
+    shown: Option<(u64, u64)>,
+    /// Number of the published frame that was taken last.
+    count: Option<u64>,
+    pace: Option<Pace>,
+    n_skipped: u64,
+    ready: VecDeque<Bytes>,
+}
+
+/// A chosen rate.
+#[derive(Debug)]
+struct Pace {
+    interval: Duration,
+    /// When the next frame may be taken; `None` before the first.
+    due: Option<Instant>,
+}
+
+/// How much earlier than its time a frame may be taken, as a share of the interval: when frames are made at the very
+/// rate that was chosen, their jitter must not lose any.
+const EARLY: f64 = 0.25;
+
+impl Pace {
+    /// A frame was taken: moves on to the next one's time, and gives how many times were missed.
+    fn advance(&mut self, now: Instant) -> u64 {
+        let Some(due) = self.due else {
+            self.due = Some(now + self.interval.mul_f64(1.0 - EARLY));
+            return 0;
+        };
+        let late = now.saturating_duration_since(due);
+        let n_missed = (late.as_secs_f64() / self.interval.as_secs_f64()) as u64;
+        // A multiple of the interval, so that the rate does not drift.
+        self.due = Some(due + self.interval.mul_f64(n_missed as f64 + 1.0));
+        n_missed
+    }
+}
+
+impl Subscriber {
+    async fn next(&mut self) -> Option<Bytes> {
+        loop {
+            if let Some(bytes) = self.ready.pop_front() {
+                self.present.0.frame_bytes_sent.inc_by(bytes.len() as u64);
+                return Some(bytes);
+            }
+            if let Some(due) = self.pace.as_ref().and_then(|pace| pace.due) {
+                tokio::time::sleep_until(due).await;
+            }
+            let newest = self.frames.borrow_and_update().clone();
+            if !self.take(&newest) {
+                self.frames.changed().await.ok()?;
+            }
+        }
+    }
+
+    /// Makes ready what this subscriber lacks; false when it lacks nothing.
+    fn take(&mut self, newest: &Published) -> bool {
+        let Some(key) = &newest.key else { return false };
+        let key_is = (newest.epoch, key.tick);
+        let newest_is = (
+            newest.epoch,
+            newest.delta.as_ref().map_or(key.tick, |delta| delta.tick),
+        );
+        let is_seen = self.shown == Some(newest_is) || newest.serial < self.first_serial;
+        let n_between = self
+            .count
+            .map_or(0, |count| newest.count.saturating_sub(count + 1));
+        self.count = Some(newest.count);
+        if is_seen {
+            return false;
+        }
+        let is_first = self.shown.is_none();
+        let n_missed = match &mut self.pace {
+            // Where frames are made more slowly than they are wanted, none was missed.
+            Some(pace) => pace.advance(Instant::now()).min(n_between),
+            None => n_between,
+        };
+        if n_missed > 0 && !is_first {
+            self.note_skipped(n_missed, newest.stamp);
+        }
+        if self.held != Some(key_is) {
+            self.ready.push_back(key.response.clone());
+            self.held = Some(key_is);
+        }
+        self.ready
+            .extend(newest.delta.as_ref().map(|delta| delta.response.clone()));
+        self.shown = Some(newest_is);
+        self.present.0.frames_sent.inc();
+        true
+    }
+
+    fn note_skipped(&mut self, n_missed: u64, stamp: v1::Stamp) {
+        self.n_skipped += n_missed;
+        self.present.0.frames_skipped.inc_by(n_missed);
+        let note = v1::FramesSkipped {
+            stamp: Some(stamp),
+            count: n_missed,
+            total: self.n_skipped,
+        };
+        let response = v1::WatchFramesResponse {
+            kind: Some(Kind::Skipped(note)),
+        };
+        self.ready.push_back(Bytes::from(response.encode_to_vec()));
+    }
+}

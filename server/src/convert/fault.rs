@@ -1,0 +1,66 @@
+//! Why a message is refused, and which gRPC status says so.
+
+use thiserror::Error;
+use tonic::Status;
+use tsukamu_world::hand::skeleton::HandModelFault;
+use tsukamu_world::polyhedron::fault::ShapeFault;
+
+/// What is wrong with a message.
+#[derive(Debug, Error, PartialEq)]
+pub enum Fault {
+    /// A field that must be there is not.
+    #[error("{0} is missing")]
+    Missing(&'static str),
+    /// A number is infinite or not a number.
+    #[error("{0} is not finite")]
+    NotFinite(&'static str),
+    /// A rotation has no direction.
+    #[error("{0} is no rotation: its length is {1}, it must be 1")]
+    NotRotation(&'static str, f64),
+    /// A list has the wrong length.
+    #[error("{field} has {found} numbers, it must have {expected}")]
+    Length {
+        /// The list.
+        field: &'static str,
+        /// How many numbers it has.
+        found: usize,
+        /// How many it must have.
+        expected: &'static str,
+    },
+    /// An enumeration or a name with a value that is not known.
+    #[error("{field} is {value}: it must be one of {allowed}")]
+    Unknown {
+        /// The field.
+        field: &'static str,
+        /// What it says.
+        value: String,
+        /// What it may say.
+        allowed: &'static str,
+    },
+    /// A list of faces whose counts do not fit its length.
+    #[error("faces ends in the middle of a face")]
+    FacesCut,
+    /// A face with holes, without the triangles that say how it is filled.
+    #[error("face {0} has holes: give the triangles too")]
+    Holes(usize),
+    /// Two ways of saying one thing.
+    #[error("give either {0} or {1}, not both")]
+    Both(&'static str, &'static str),
+    /// A shape that is no solid.
+    #[error("shape of {object:?}: {fault}")]
+    Shape {
+        /// The object.
+        object: String,
+        /// What is wrong.
+        fault: ShapeFault,
+    },
+    /// A hand that cannot be.
+    #[error("hand model: {0}")]
+    HandModel(#[from] HandModelFault),
+}
+
+impl From<Fault> for Status {
+    fn from(fault: Fault) -> Self {
+        Self::invalid_argument(fault.to_string())
+    }
+}

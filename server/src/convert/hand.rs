@@ -1,0 +1,196 @@
+//! Hand models and hand samples.
+
+use nalgebra::{Point3, UnitQuaternion};
+use tsukamu_proto::v1;
+use tsukamu_world::hand::joint::{LINKS_PER_FINGER, N_FINGERS, N_JOINTS};
+use tsukamu_world::hand::sample::{FingerAngles, FingerPose, HandSample, JointAngles, ThumbAngles};
+use tsukamu_world::hand::skeleton::{FingerBones, HandModel, Skeleton};
+
+use super::basic::{pose, pose_from, rotation_from, side, side_from};
+use super::fault::Fault;
+
+/// Joint angles of a hand: 4 of the thumb, 4 of each other finger, and the palm's arch.
+const N_ANGLES: usize = 21;
+
+/// A hand model as a message.
+pub fn hand_model(model: &HandModel) -> v1::HandModel {
+    let fingers = &model.skeleton.fingers;
+    let rotation = |f: &FingerBones| {
+        [
+            f.orientation.i,
+            f.orientation.j,
+            f.orientation.k,
+            f.orientation.w,
+        ]
+    };
+    v1::HandModel {
+        side: side(model.side).into(),
+        bases: fingers
+            .iter()
+            .flat_map(|f| [f.base.x, f.base.y, f.base.z])
+            .collect(),
+        base_rotations: fingers.iter().flat_map(rotation).collect(),
+        lengths: fingers.iter().flat_map(|f| f.lengths).collect(),
+        radii: fingers.iter().flat_map(|f| f.radii).collect(),
+        prism_sides: model.prism_sides,
+        point_radius: model.point_radius,
+        palm_contacts: model.palm_contacts,
+    }
+}
+
+/// The hand model of that message, validated.
+///
+/// # Errors
+/// When a list has the wrong length or the hand cannot be.
+pub fn hand_model_from(message: &v1::HandModel) -> Result<HandModel, Fault> {
+    let bases = chunks::<3>(&message.bases, "bases", "15")?;
+    let rotations = chunks::<4>(&message.base_rotations, "base_rotations", "20")?;
+    let lengths = chunks::<LINKS_PER_FINGER>(&message.lengths, "lengths", "15")?;
+    let radii = chunks::<LINKS_PER_FINGER>(&message.radii, "radii", "15")?;
+    let mut orientations = [UnitQuaternion::identity(); N_FINGERS];
+    for (orientation, rotation) in orientations.iter_mut().zip(rotations) {
+        *orientation = rotation_from(rotation, "base_rotations")?;
+    }
+    let bones = |finger: usize| FingerBones {
+        base: Point3::from(bases[finger]),
+        orientation: orientations[finger],
+        lengths: lengths[finger],
+        radii: radii[finger],
+    };
+    let model = HandModel {
+        side: side_from(message.side)?,
+        skeleton: Skeleton {
+            fingers: std::array::from_fn(bones),
+        },
+        prism_sides: message.prism_sides,
+        point_radius: message.point_radius,
+        palm_contacts: message.palm_contacts,
+    };
+    model.validate()?;
+    Ok(model)
+}
+
+fn chunks<const N: usize>(
+    numbers: &[f64],
+    field: &'static str,
+    expected: &'static str,
+) -> Result<[[f64; N]; N_FINGERS], Fault> {
+    if numbers.len() != N * N_FINGERS {
+        return Err(Fault::Length {
+            field,
+            found: numbers.len(),
+            expected,
+        });
+    }
+    Ok(std::array::from_fn(|finger| {
+        std::array::from_fn(|k| numbers[finger * N + k])
+    }))
+}
+
+/// A valid sample as a message. `source_ns` is the source's own stamp in nanoseconds, 0 where it has none.
+pub fn hand_sample(sample: &HandSample, source_ns: u64) -> v1::HandSample {
+    let mut message = v1::HandSample {
+        source_ns,
+        wrist: Some(pose(&sample.wrist)),
+        valid: true,
+        ..v1::HandSample::default()
+    };
+    match &sample.fingers {
+        FingerPose::Angles(angles) => message.angles = angle_list(angles).to_vec(),
+        FingerPose::Points(points) => {
+            message.joints = points
+                .iter()
+                .flat_map(|p| p.map_or([f64::NAN; 3], |p| [p.x, p.y, p.z]))
+                .collect();
+        }
+    }
+    message
+}
+
+/// The sample of that message; `None` when it says that the hand is lost.
+///
+/// A joint with a coordinate that is not a number is "not tracked". Infinite coordinates pass:
+/// [`HandSample::is_finite`] finds them.
+///
+/// # Errors
+/// When a list has the wrong length, or the wrist is missing or not finite.
+pub fn hand_sample_from(message: &v1::HandSample) -> Result<Option<HandSample>, Fault> {
+    if !message.valid {
+        return Ok(None);
+    }
+    let fingers = match (message.joints.as_slice(), message.angles.as_slice()) {
+        ([], []) => return Err(Fault::Missing("joints or angles")),
+        (joints, []) => FingerPose::Points(points_from(joints)?),
+        ([], angles) => FingerPose::Angles(angles_from(angles)?),
+        _ => return Err(Fault::Both("joints", "angles")),
+    };
+    Ok(Some(HandSample {
+        wrist: pose_from(message.wrist.as_ref(), "wrist")?,
+        fingers,
+    }))
+}
+
+fn points_from(numbers: &[f64]) -> Result<[Option<Point3<f64>>; N_JOINTS], Fault> {
+    if numbers.len() != 3 * N_JOINTS {
+        return Err(Fault::Length {
+            field: "joints",
+            found: numbers.len(),
+            expected: "60",
+        });
+    }
+    Ok(std::array::from_fn(|joint| {
+        let point = Point3::new(
+            numbers[3 * joint],
+            numbers[3 * joint + 1],
+            numbers[3 * joint + 2],
+        );
+        (!point.iter().any(|x| x.is_nan())).then_some(point)
+    }))
+}
+
+fn angle_list(angles: &JointAngles) -> [f64; N_ANGLES] {
+    let mut list = [0.0; N_ANGLES];
+    let thumb = &angles.thumb;
+    list[..4].copy_from_slice(&[
+        thumb.opposition,
+        thumb.abduction,
+        thumb.mcp_flexion,
+        thumb.ip_flexion,
+    ]);
+    for (four, finger) in list[4..20].chunks_exact_mut(4).zip(&angles.fingers) {
+        four.copy_from_slice(&[
+            finger.mcp_flexion,
+            finger.pip_flexion,
+            finger.dip_flexion,
+            finger.abduction,
+        ]);
+    }
+    list[20] = angles.palm_arch;
+    list
+}
+
+fn angles_from(numbers: &[f64]) -> Result<JointAngles, Fault> {
+    if numbers.len() != N_ANGLES {
+        return Err(Fault::Length {
+            field: "angles",
+            found: numbers.len(),
+            expected: "21",
+        });
+    }
+    let finger = |f: usize| FingerAngles {
+        mcp_flexion: numbers[4 + 4 * f],
+        pip_flexion: numbers[5 + 4 * f],
+        dip_flexion: numbers[6 + 4 * f],
+        abduction: numbers[7 + 4 * f],
+    };
+    Ok(JointAngles {
+        thumb: ThumbAngles {
+            opposition: numbers[0],
+            abduction: numbers[1],
+            mcp_flexion: numbers[2],
+            ip_flexion: numbers[3],
+        },
+        fingers: std::array::from_fn(finger),
+        palm_arch: numbers[20],
+    })
+}
