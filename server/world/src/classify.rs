@@ -138,14 +138,14 @@ mod tests {
         let top = touch(15, 2, [0.0, 1.0, 0.0], [0.0, -0.001, 0.0]);
         let leaving = touch(3, 0, [-1.0, 0.0, 0.0], [-0.001, 0.0, 0.0]);
         check(&[], 90.0, "free");
-        check(&[left.clone()], 90.0, "push-1 by 0");
+        check(std::slice::from_ref(&left), 90.0, "push-1 by 0");
         check(&[left.clone(), left_too.clone()], 90.0, "push-n");
         check(&[left.clone(), right.clone()], 90.0, "grasped at 180");
         // Exactly 90° counts: two neighbouring faces of a cube do hold it.
         check(&[left.clone(), top.clone()], 90.0, "grasped at 90");
         check(&[left.clone(), top.clone()], 91.0, "push-n");
         // A finger that leaves pushes nothing, but holds as long as it is inside.
-        check(&[leaving.clone()], 90.0, "free");
+        check(std::slice::from_ref(&leaving), 90.0, "free");
         check(&[leaving.clone(), left_too], 120.0, "push-1 by 1");
         check(&[leaving, right], 90.0, "grasped at 180");
     }

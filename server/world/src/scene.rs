@@ -222,7 +222,7 @@ impl Scene {
         }
         for target in &self.targets {
             let finite = target.centre.iter().chain(target.normal.iter()).all(|x| x.is_finite());
-            if !finite || (target.normal.norm() - 1.0).abs() > 1.0e-6 || !(target.radius > 0.0) {
+            if !finite || (target.normal.norm() - 1.0).abs() > 1.0e-6 || target.radius.is_nan() || target.radius <= 0.0 {
                 faults.push(SceneFault::Target(target.name.clone()));
             }
         }

@@ -97,7 +97,7 @@ pub fn find(
 }
 
 /// The contact with that key, if there was one.
-fn known<'a>(last: &'a [Touch], hand: HandId, part: JudgementPart, feature: Option<Feature>) -> Option<&'a Touch> {
+fn known(last: &[Touch], hand: HandId, part: JudgementPart, feature: Option<Feature>) -> Option<&Touch> {
     let from = last.partition_point(|touch| (touch.hand, touch.part) < (hand, part));
     last[from..]
         .iter()

@@ -107,7 +107,7 @@ pub fn settle(
 fn project(g: &Point3<f64>, gm: &Vector3<f64>, gravity: &Vector3<f64>, floor: f64) -> Point2<f64> {
     let leads_down = |direction: &Vector3<f64>| direction.y < -DOWNWARD * direction.norm();
     let direction = [gm, gravity].into_iter().find(|direction| leads_down(direction));
-    let down = direction.map_or(-Vector3::y(), |direction| direction / -direction.y);
+    let down = direction.map_or_else(|| -Vector3::y(), |direction| direction / -direction.y);
     let landing = g + down * (g.y - floor);
     Point2::new(landing.x, landing.z)
 }

@@ -118,9 +118,11 @@ fn stop_at(stage: &mut Stage<'_>, slot: u32, stop: &Stop) {
     let floor = stage.scene.floor_height;
     let by = stage.state.id(stop.by);
     let body = stage.state.taken(slot);
-    let moved = body.pose != stop.pose || !body.still;
-    body.still &= body.pose == stop.pose;
-    body.pose = stop.pose;
+    // Half-way between two poses on the floor a turning object may reach below it.
+    let pose = lifted(&body.spec.shape, &stop.pose, floor);
+    let moved = body.pose != pose || !body.still;
+    body.still &= body.pose == pose;
+    body.pose = pose;
     body.stop();
     body.on_floor = is_on(&body.spec.shape, &body.pose, floor);
     if moved {
