@@ -17,6 +17,8 @@ pub mod frame;
 mod stages;
 /// Commands of a tick.
 mod commands;
+/// Asserts the state's invariants in debug builds.
+mod validate;
 /// One number that stands for the whole state.
 pub mod digest;
 /// The virtual hand: from a sample to judgement points and segments, and to the shown hand.

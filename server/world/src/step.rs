@@ -137,6 +137,9 @@ impl World {
         free::wake_neighbours(&mut stage);
         hands::show(&mut stage);
         publish::publish(&mut stage);
+        if cfg!(debug_assertions) {
+            crate::validate::validate(&self.state);
+        }
         &self.frame
     }
 

@@ -157,3 +157,46 @@ fn a_fast_fingertip_does_not_tunnel_through_a_thin_plate() {
     let tip = -0.2 + 2.0 * 10.0 / 60.0;
     assert!((position(&world, 0).x - (tip + 0.0025)).abs() < 1e-9, "{}", position(&world, 0));
 }
+
+/// A thumb and an index finger with all their joints, bent toward each other, tips `gap` apart.
+fn whole_pinch(centre: Vector3<f64>, gap: f64) -> HandSample {
+    let wrist = centre + Vector3::new(0.0, 0.10, 0.15);
+    let mut joints = Vec::new();
+    for (first, side) in [(0, -1.0), (4, 1.0)] {
+        let tip = centre + Vector3::new(side * gap / 2.0, 0.0, 0.0);
+        let chain = [
+            tip + Vector3::new(side * 0.035, 0.055, 0.045),
+            tip + Vector3::new(side * 0.034, 0.040, 0.022),
+            tip + Vector3::new(side * 0.014, 0.018, 0.005),
+            tip,
+        ];
+        joints.extend((first..).zip(chain.map(Into::into)));
+    }
+    hand_with(wrist.into(), &joints)
+}
+
+#[test]
+fn a_shown_finger_never_goes_more_than_a_millimetre_into_what_it_holds() {
+    use tsukamu_world::query::point::signed_distance;
+    let mut world = World::new(scene(240.0, vec![object("a", cube(0.05), [0.0, 0.025, 0.0])])).unwrap();
+    let close = (0..60).map(|i| whole_pinch(Vector3::new(0.0, 0.03, 0.0), 0.07 - 0.001 * f64::from(i.min(34))));
+    run(&mut world, close);
+    let mut deepest_tracked = 0.0_f64;
+    for i in 0..120 {
+        let centre = Vector3::new(0.0, 0.03 + 0.001 * f64::from(i), 0.0);
+        // The grip tightens and loosens while it carries.
+        let gap = 0.036 + 0.006 * f64::from(i % 20) / 20.0;
+        world.step(&crate::script::sample(whole_pinch(centre, gap)));
+        let (_, body) = world.objects().next().unwrap();
+        assert_eq!(body.contact, ContactState::Grasped, "step {i}");
+        let depth = |p: &nalgebra::Point3<f64>| {
+            -signed_distance(&body.spec.shape, &body.pose.inverse_transform_point(p)).distance
+        };
+        let hand = &world.frame().hands[0];
+        for (shown, tracked) in hand.shown.iter().flatten().zip(hand.tracked.iter().flatten()) {
+            assert!(depth(shown) < 1e-3, "step {i}: {} mm deep", depth(shown) * 1e3);
+            deepest_tracked = deepest_tracked.max(depth(tracked));
+        }
+    }
+    assert!(deepest_tracked > 5e-3, "the tracked tips must be inside for this to say anything: {deepest_tracked}");
+}
