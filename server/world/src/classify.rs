@@ -54,7 +54,10 @@ pub(crate) fn classify(touches: &[Touch], grasp_angle: f64) -> Verdict {
 
 /// The same without the grasp test.
 pub(crate) fn classify_push(touches: &[Touch]) -> Verdict {
-    let mut pressing = touches.iter().enumerate().filter(|(_, touch)| touch.presses());
+    let mut pressing = touches
+        .iter()
+        .enumerate()
+        .filter(|(_, touch)| touch.presses());
     match (pressing.next(), pressing.next()) {
         (None, _) => Verdict::Free,
         (Some((index, _)), None) => Verdict::PushedAtOne(index),
@@ -70,9 +73,9 @@ pub(crate) fn widest_pair(touches: &[Touch], hand: Option<HandId>) -> Option<Gra
             continue;
         }
         // Several touches of one feature have one normal.
-        let seen = touches[..index]
-            .iter()
-            .any(|other| other.feature == first.feature && hand.is_none_or(|hand| other.hand == hand));
+        let seen = touches[..index].iter().any(|other| {
+            other.feature == first.feature && hand.is_none_or(|hand| other.hand == hand)
+        });
         if seen {
             continue;
         }
@@ -82,7 +85,10 @@ pub(crate) fn widest_pair(touches: &[Touch], hand: Option<HandId>) -> Option<Gra
             }
             let cosine = first.normal.dot(&second.normal);
             if widest.as_ref().is_none_or(|pair| cosine < pair.cosine) {
-                widest = Some(GraspPair { normals: [grasp_normal(first), grasp_normal(second)], cosine });
+                widest = Some(GraspPair {
+                    normals: [grasp_normal(first), grasp_normal(second)],
+                    cosine,
+                });
             }
         }
     }
@@ -90,13 +96,20 @@ pub(crate) fn widest_pair(touches: &[Touch], hand: Option<HandId>) -> Option<Gra
 }
 
 fn grasp_normal(touch: &Touch) -> GraspNormal {
-    GraspNormal { hand: touch.hand, part: touch.part, feature: touch.feature, normal: touch.normal }
+    GraspNormal {
+        hand: touch.hand,
+        part: touch.part,
+        feature: touch.feature,
+        normal: touch.normal,
+    }
 }
 
 /// The mean motion of the pressing touches, in the object's space: what an object pushed at several points follows.
 pub(crate) fn mean_motion(touches: &[Touch]) -> Vector3<f64> {
     let pressing = touches.iter().filter(|touch| touch.presses());
-    let (sum, n) = pressing.fold((Vector3::zeros(), 0_u32), |(sum, n), touch| (sum + touch.motion, n + 1));
+    let (sum, n) = pressing.fold((Vector3::zeros(), 0_u32), |(sum, n), touch| {
+        (sum + touch.motion, n + 1)
+    });
     if n == 0 { sum } else { sum / f64::from(n) }
 }
 

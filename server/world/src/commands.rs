@@ -51,9 +51,15 @@ fn add_object(world: &mut World, spec: &ObjectSpec) {
     let body = start(world.scene(), Arc::new(spec.clone()));
     let stage = world.stage();
     let slots = &mut stage.state.slots;
-    let slot = slots.iter().position(|slot| slot.body.is_none()).unwrap_or(slots.len());
+    let slot = slots
+        .iter()
+        .position(|slot| slot.body.is_none())
+        .unwrap_or(slots.len());
     if slot == slots.len() {
-        slots.push(Slot { generation: 0, body: None });
+        slots.push(Slot {
+            generation: 0,
+            body: None,
+        });
     }
     slots[slot].body = Some(body);
     let slot = slot as u32;
@@ -89,14 +95,24 @@ fn release(world: &mut World, id: ObjectId) {
     body.barred = true;
     body.hold = None;
     body.contact = ContactState::Free;
-    stage.report(id.slot, hold.leader, EventKind::Released { reason: ReleaseReason::Command });
+    stage.report(
+        id.slot,
+        hold.leader,
+        EventKind::Released {
+            reason: ReleaseReason::Command,
+        },
+    );
 }
 
 fn reset(world: &mut World) {
     let floor = world.scene().floor_height;
     let n_slots = world.state().slots.len() as u32;
     let mut stage = world.stage();
-    stage.frame.events.push(Event { object: None, hand: None, kind: EventKind::Reset });
+    stage.frame.events.push(Event {
+        object: None,
+        hand: None,
+        kind: EventKind::Reset,
+    });
     for slot in 0..n_slots {
         if stage.state.body(slot).is_none() {
             continue;

@@ -67,7 +67,8 @@ fn add_body(hash: &mut Hash, body: &Body) {
         Rest::OnFloor => 1,
         Rest::OnObject(slot) => 2 + u64::from(slot),
     };
-    let flags = u64::from(body.on_floor) << 1 | u64::from(body.still) << 2 | u64::from(body.barred) << 3;
+    let flags =
+        u64::from(body.on_floor) << 1 | u64::from(body.still) << 2 | u64::from(body.barred) << 3;
     hash.word(body.contact as u64 | flags << 2 | u64::from(body.topple_case) << 8 | rest << 16);
     if let Some(hold) = &body.hold {
         hash.word(hold.leader.map_or(0, |hand| u64::from(hand.0) + 1));

@@ -131,7 +131,9 @@ pub enum SceneFault {
     #[error("object name {0:?}: names must be there and be unique")]
     Name(String),
     /// An object's pose is not finite or too far away.
-    #[error("object {object:?}: its position {position:?} must be finite and within {COORDINATE_MAX_M} m")]
+    #[error(
+        "object {object:?}: its position {position:?} must be finite and within {COORDINATE_MAX_M} m"
+    )]
     Pose {
         /// The object.
         object: String,
@@ -139,7 +141,9 @@ pub enum SceneFault {
         position: [f64; 3],
     },
     /// An object starts below the floor.
-    #[error("object {object:?}: it reaches {depth_m:.4} m below the floor; raise its position by as much")]
+    #[error(
+        "object {object:?}: it reaches {depth_m:.4} m below the floor; raise its position by as much"
+    )]
     BelowFloor {
         /// The object.
         object: String,
@@ -201,7 +205,10 @@ impl Scene {
             faults.push(SceneFault::Floor(self.floor_height));
         }
         if !is_grasp_angle(self.grasp_angle) {
-            faults.push(SceneFault::GraspAngle { object: None, degrees: self.grasp_angle.to_degrees() });
+            faults.push(SceneFault::GraspAngle {
+                object: None,
+                degrees: self.grasp_angle.to_degrees(),
+            });
         }
         if !(0.0..=THROW_WINDOW_MAX_S).contains(&self.throw_window_s) {
             faults.push(SceneFault::ThrowWindow(self.throw_window_s));
@@ -212,7 +219,11 @@ impl Scene {
         if self.objects.len() > OBJECTS_MAX {
             faults.push(SceneFault::TooMany(self.objects.len()));
         }
-        let mut names: Vec<&str> = self.objects.iter().map(|object| object.name.as_str()).collect();
+        let mut names: Vec<&str> = self
+            .objects
+            .iter()
+            .map(|object| object.name.as_str())
+            .collect();
         names.sort_unstable();
         for pair in names.windows(2).filter(|pair| pair[0] == pair[1]) {
             faults.push(SceneFault::Name(pair[0].to_owned()));
@@ -221,8 +232,16 @@ impl Scene {
             object.validate(self.floor_height, &mut faults);
         }
         for target in &self.targets {
-            let finite = target.centre.iter().chain(target.normal.iter()).all(|x| x.is_finite());
-            if !finite || (target.normal.norm() - 1.0).abs() > 1.0e-6 || target.radius.is_nan() || target.radius <= 0.0 {
+            let finite = target
+                .centre
+                .iter()
+                .chain(target.normal.iter())
+                .all(|x| x.is_finite());
+            if !finite
+                || (target.normal.norm() - 1.0).abs() > 1.0e-6
+                || target.radius.is_nan()
+                || target.radius <= 0.0
+            {
                 faults.push(SceneFault::Target(target.name.clone()));
             }
         }
@@ -244,20 +263,37 @@ impl ObjectSpec {
         if let Some(angle) = self.grasp_angle
             && !is_grasp_angle(angle)
         {
-            faults.push(SceneFault::GraspAngle { object: Some(self.name.clone()), degrees: angle.to_degrees() });
+            faults.push(SceneFault::GraspAngle {
+                object: Some(self.name.clone()),
+                degrees: angle.to_degrees(),
+            });
         }
         if !(self.density > 0.0 && self.density.is_finite()) {
-            faults.push(SceneFault::Density { object: self.name.clone(), density: self.density });
+            faults.push(SceneFault::Density {
+                object: self.name.clone(),
+                density: self.density,
+            });
         }
         let position = self.pose.translation.vector;
         let rotation_ok = (self.pose.rotation.norm() - 1.0).abs() < 1.0e-6;
         if !position.iter().all(|x| within_reach(*x)) || !rotation_ok {
-            faults.push(SceneFault::Pose { object: self.name.clone(), position: position.into() });
+            faults.push(SceneFault::Pose {
+                object: self.name.clone(),
+                position: position.into(),
+            });
             return;
         }
-        let lowest = self.shape.vertices().iter().map(|v| (self.pose * v).y).fold(f64::INFINITY, f64::min);
+        let lowest = self
+            .shape
+            .vertices()
+            .iter()
+            .map(|v| (self.pose * v).y)
+            .fold(f64::INFINITY, f64::min);
         if lowest < floor_height - START_DEPTH_M {
-            faults.push(SceneFault::BelowFloor { object: self.name.clone(), depth_m: floor_height - lowest });
+            faults.push(SceneFault::BelowFloor {
+                object: self.name.clone(),
+                depth_m: floor_height - lowest,
+            });
         }
     }
 }

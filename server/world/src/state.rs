@@ -25,7 +25,10 @@ impl ObjectId {
 
     /// The id of [`ObjectId::to_bits`].
     pub const fn from_bits(bits: u64) -> Self {
-        Self { slot: bits as u32, generation: (bits >> 32) as u32 }
+        Self {
+            slot: bits as u32,
+            generation: (bits >> 32) as u32,
+        }
     }
 }
 
@@ -185,12 +188,18 @@ impl State {
     /// # Panics
     /// When the slot is empty: stages hand each other only slots that are taken.
     pub fn taken(&mut self, slot: u32) -> &mut Body {
-        self.slots[slot as usize].body.as_mut().expect("stages pass on only slots that are taken")
+        self.slots[slot as usize]
+            .body
+            .as_mut()
+            .expect("stages pass on only slots that are taken")
     }
 
     /// The id of what is in that slot now.
     pub fn id(&self, slot: u32) -> ObjectId {
-        ObjectId { slot, generation: self.slots[slot as usize].generation }
+        ObjectId {
+            slot,
+            generation: self.slots[slot as usize].generation,
+        }
     }
 
     /// Marks an object as moving, or possibly moving.
@@ -203,7 +212,9 @@ impl State {
 
     /// The hand of that id.
     pub fn hand(&self, id: HandId) -> Option<&HandState> {
-        self.hands.binary_search_by_key(&id, |hand| hand.id).ok().map(|index| &self.hands[index])
+        self.hands
+            .binary_search_by_key(&id, |hand| hand.id)
+            .ok()
+            .map(|index| &self.hands[index])
     }
-
 }

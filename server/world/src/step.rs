@@ -109,16 +109,42 @@ impl World {
         if !faults.is_empty() {
             return Err(SceneFaults(faults));
         }
-        let bodies = scene.objects.iter().map(|spec| start(&scene, Arc::new(spec.clone())));
-        let slots: Vec<Slot> = bodies.map(|body| Slot { generation: 0, body: Some(body) }).collect();
+        let bodies = scene
+            .objects
+            .iter()
+            .map(|spec| start(&scene, Arc::new(spec.clone())));
+        let slots: Vec<Slot> = bodies
+            .map(|body| Slot {
+                generation: 0,
+                body: Some(body),
+            })
+            .collect();
         let awake = (0..slots.len() as u32).collect();
-        Ok(Self::with(scene, State { tick: 0, slots, awake, hands: Vec::new() }))
+        Ok(Self::with(
+            scene,
+            State {
+                tick: 0,
+                slots,
+                awake,
+                hands: Vec::new(),
+            },
+        ))
     }
 
     fn with(scene: Scene, state: State) -> Self {
-        let boxes = state.slots.iter().map(|slot| slot.body.as_ref().map(|b| b.spec.shape.aabb().moved(&b.pose)));
+        let boxes = state.slots.iter().map(|slot| {
+            slot.body
+                .as_ref()
+                .map(|b| b.spec.shape.aabb().moved(&b.pose))
+        });
         let broad = BroadPhase::new(boxes.collect());
-        Self { scene, state, broad, scratch: Scratch::default(), frame: Frame::default() }
+        Self {
+            scene,
+            state,
+            broad,
+            scratch: Scratch::default(),
+            frame: Frame::default(),
+        }
     }
 
     /// Advances the world by one step. It cannot fail: what an input cannot do is passed over.
@@ -184,15 +210,28 @@ impl World {
 
     /// The objects, ascending by slot.
     pub fn objects(&self) -> impl Iterator<Item = (ObjectId, &Body)> {
-        (0_u32..).zip(&self.state.slots).filter_map(|(slot, place)| {
-            place.body.as_ref().map(|body| (ObjectId { slot, generation: place.generation }, body))
-        })
+        (0_u32..)
+            .zip(&self.state.slots)
+            .filter_map(|(slot, place)| {
+                place.body.as_ref().map(|body| {
+                    (
+                        ObjectId {
+                            slot,
+                            generation: place.generation,
+                        },
+                        body,
+                    )
+                })
+            })
     }
 
     /// The object of that id, if it is still there.
     pub fn object(&self, id: ObjectId) -> Option<&Body> {
         let place = self.state.slots.get(id.slot as usize)?;
-        place.body.as_ref().filter(|_| place.generation == id.generation)
+        place
+            .body
+            .as_ref()
+            .filter(|_| place.generation == id.generation)
     }
 
     /// The hands, ascending by id.
@@ -203,15 +242,22 @@ impl World {
     /// Appends what a hand touches, ascending by object.
     pub fn contacts_of(&self, hand: HandId, contacts: &mut Vec<HandTouch>) {
         for slot in self.state.awake.iter().copied() {
-            let Some(body) = self.state.body(slot) else { continue };
+            let Some(body) = self.state.body(slot) else {
+                continue;
+            };
             let object = self.state.id(slot);
-            contacts.extend(body.touches.iter().filter(|touch| touch.hand == hand).map(|touch| HandTouch {
-                object,
-                part: touch.part,
-                feature: touch.feature,
-                point: body.pose * (touch.point + touch.motion),
-                normal: body.pose.rotation * touch.normal,
-            }));
+            contacts.extend(
+                body.touches
+                    .iter()
+                    .filter(|touch| touch.hand == hand)
+                    .map(|touch| HandTouch {
+                        object,
+                        part: touch.part,
+                        feature: touch.feature,
+                        point: body.pose * (touch.point + touch.motion),
+                        normal: body.pose.rotation * touch.normal,
+                    }),
+            );
         }
     }
 

@@ -29,14 +29,24 @@ pub struct BroadPhase {
 impl BroadPhase {
     /// A tree around the given boxes, one per slot.
     pub fn new(exact: Vec<Option<Aabb>>) -> Self {
-        let stored: Vec<Aabb> =
-            exact.iter().map(|bounds| bounds.map_or(EMPTY, |bounds| bounds.grown(MARGIN_M))).collect();
-        let leaves = exact.iter().zip(&stored).enumerate().filter(|(_, (bounds, _))| bounds.is_some());
+        let stored: Vec<Aabb> = exact
+            .iter()
+            .map(|bounds| bounds.map_or(EMPTY, |bounds| bounds.grown(MARGIN_M)))
+            .collect();
+        let leaves = exact
+            .iter()
+            .zip(&stored)
+            .enumerate()
+            .filter(|(_, (bounds, _))| bounds.is_some());
         let tree = Bvh::from_iter(
             BvhBuildStrategy::Binned,
             leaves.map(|(slot, (_, stored))| (slot, to_parry(stored))),
         );
-        Self { tree, exact, stored }
+        Self {
+            tree,
+            exact,
+            stored,
+        }
     }
 
     /// Says where the object of a slot is now.
@@ -59,7 +69,12 @@ impl BroadPhase {
 
     /// Says that a slot is empty.
     pub fn clear(&mut self, slot: u32) {
-        if self.exact.get_mut(slot as usize).and_then(Option::take).is_some() {
+        if self
+            .exact
+            .get_mut(slot as usize)
+            .and_then(Option::take)
+            .is_some()
+        {
             self.tree.remove(slot);
         }
     }

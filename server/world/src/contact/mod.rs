@@ -97,7 +97,12 @@ pub fn find(
 }
 
 /// The contact with that key, if there was one.
-fn known(last: &[Touch], hand: HandId, part: JudgementPart, feature: Option<Feature>) -> Option<&Touch> {
+fn known(
+    last: &[Touch],
+    hand: HandId,
+    part: JudgementPart,
+    feature: Option<Feature>,
+) -> Option<&Touch> {
     let from = last.partition_point(|touch| (touch.hand, touch.part) < (hand, part));
     last[from..]
         .iter()
@@ -109,6 +114,7 @@ fn known(last: &[Touch], hand: HandId, part: JudgementPart, feature: Option<Feat
 fn misses(shape: &Polyhedron, points: &[&Point3<f64>], margin: f64) -> bool {
     let Aabb { lo: low, hi: high } = shape.aabb();
     (0..3).any(|axis| {
-        points.iter().all(|p| p[axis] > high[axis] + margin) || points.iter().all(|p| p[axis] < low[axis] - margin)
+        points.iter().all(|p| p[axis] > high[axis] + margin)
+            || points.iter().all(|p| p[axis] < low[axis] - margin)
     })
 }

@@ -29,7 +29,9 @@ pub(super) fn find(
         }
         let part = JudgementPart::Point(index);
         let kept = known(last, hand.id, part, None).map(|touch| touch.feature);
-        let Some((face, start)) = contact(shape, &from, &to, radius, kept) else { continue };
+        let Some((face, start)) = contact(shape, &from, &to, radius, kept) else {
+            continue;
+        };
         let normal = shape.faces()[face as usize].normal;
         touches.push(Touch {
             hand: hand.id,
@@ -58,7 +60,11 @@ fn contact(
         return Some((face, *from));
     }
     if let Some(entry) = sweep_point(shape, from, to, radius) {
-        let start = if radius > 0.0 { from + (to - from) * entry.fraction } else { entry.point };
+        let start = if radius > 0.0 {
+            from + (to - from) * entry.fraction
+        } else {
+            entry.point
+        };
         return Some((entry.face, start));
     }
     // No entry: the point was inside before without being known (a hand that came up inside, an object set back).

@@ -44,7 +44,10 @@ fn one_segment(
     scratch.crossings.clear();
     segment_cuts(shape, &to[0], &to[1], &mut scratch.cuts);
     let all_known = !scratch.cuts.is_empty()
-        && scratch.cuts.iter().all(|cut| known(last, hand, part, Some(Feature::Edge(cut.edge))).is_some());
+        && scratch
+            .cuts
+            .iter()
+            .all(|cut| known(last, hand, part, Some(Feature::Edge(cut.edge))).is_some());
     if !all_known {
         sweep_segment(shape, *from, *to, &mut scratch.crossings);
     }
@@ -59,7 +62,10 @@ fn one_segment(
     };
     for cut in &scratch.cuts {
         // An edge crossed in this step was entered there; one already known moves with the segment's own matter.
-        let crossing = scratch.crossings.iter().find(|crossing| crossing.edge == cut.edge);
+        let crossing = scratch
+            .crossings
+            .iter()
+            .find(|crossing| crossing.edge == cut.edge);
         touches.push(match crossing {
             Some(crossing) => touch(cut.edge, crossing.on_segment, crossing.on_edge),
             None => touch(cut.edge, cut.on_segment, along(from, cut.on_segment)),

@@ -59,14 +59,26 @@ pub struct FloorScratch {
 /// Height of the lowest vertex, in metres.
 pub fn lowest(shape: &Polyhedron, world_from_object: &Isometry3<f64>) -> f64 {
     let up = world_from_object.rotation.inverse() * Vector3::y();
-    let low = shape.vertices().iter().map(|v| up.dot(&v.coords)).fold(f64::INFINITY, f64::min);
+    let low = shape
+        .vertices()
+        .iter()
+        .map(|v| up.dot(&v.coords))
+        .fold(f64::INFINITY, f64::min);
     low + world_from_object.translation.vector.y
 }
 
 /// The pose moved up until its deepest vertex lies on the floor, if that was below it.
-pub fn lifted(shape: &Polyhedron, world_from_object: &Isometry3<f64>, floor: f64) -> Isometry3<f64> {
+pub fn lifted(
+    shape: &Polyhedron,
+    world_from_object: &Isometry3<f64>,
+    floor: f64,
+) -> Isometry3<f64> {
     let depth = floor - lowest(shape, world_from_object);
-    if depth > 0.0 { Translation3::new(0.0, depth, 0.0) * world_from_object } else { *world_from_object }
+    if depth > 0.0 {
+        Translation3::new(0.0, depth, 0.0) * world_from_object
+    } else {
+        *world_from_object
+    }
 }
 
 /// Whether an object in that pose is on the floor.
@@ -100,13 +112,21 @@ pub fn settle(
         return turned;
     }
     // Wedged over the two nearest corners: over the side that faces G′ it can turn.
-    turn_over(shape, world_from_object, gm, &stance_over_side(&scratch.contacts, &projected), floor)
+    turn_over(
+        shape,
+        world_from_object,
+        gm,
+        &stance_over_side(&scratch.contacts, &projected),
+        floor,
+    )
 }
 
 /// G′: G projected onto the floor along `gm`, or along gravity where `gm` does not lead into the floor.
 fn project(g: &Point3<f64>, gm: &Vector3<f64>, gravity: &Vector3<f64>, floor: f64) -> Point2<f64> {
     let leads_down = |direction: &Vector3<f64>| direction.y < -DOWNWARD * direction.norm();
-    let direction = [gm, gravity].into_iter().find(|direction| leads_down(direction));
+    let direction = [gm, gravity]
+        .into_iter()
+        .find(|direction| leads_down(direction));
     let down = direction.map_or_else(|| -Vector3::y(), |direction| direction / -direction.y);
     let landing = g + down * (g.y - floor);
     Point2::new(landing.x, landing.z)
@@ -122,7 +142,12 @@ fn turn_over(
     let g = Point3::from(world_from_object.translation.vector);
     let on_floor = |p: &Point2<f64>| Point3::new(p.x, floor, p.y);
     let (centre, push, case) = match stance {
-        Stance::Stable => return Settled { pose: *world_from_object, outcome: Outcome::Stable },
+        Stance::Stable => {
+            return Settled {
+                pose: *world_from_object,
+                outcome: Outcome::Stable,
+            };
+        }
         Stance::OverVertex { vertex, case } => (on_floor(vertex), *gm, *case),
         Stance::OverEdge { ends, case } => {
             let axis = (on_floor(&ends[1]) - on_floor(&ends[0])).normalize();
@@ -133,19 +158,36 @@ fn turn_over(
     };
     let cg = g - centre;
     let across = split(&push, &cg).across;
-    let Some(axis) = Unit::try_new(cg.cross(&across), f64::MIN_POSITIVE).filter(|_| across.norm() > BALANCED_M) else {
-        return Settled { pose: *world_from_object, outcome: Outcome::Balanced };
+    let Some(axis) =
+        Unit::try_new(cg.cross(&across), f64::MIN_POSITIVE).filter(|_| across.norm() > BALANCED_M)
+    else {
+        return Settled {
+            pose: *world_from_object,
+            outcome: Outcome::Balanced,
+        };
     };
     let wanted = libm::atan(across.norm() / cg.norm());
     let angle = free_angle(shape, world_from_object, &centre, &axis, wanted, floor);
     if angle <= 0.0 {
-        return Settled { pose: *world_from_object, outcome: Outcome::Balanced };
+        return Settled {
+            pose: *world_from_object,
+            outcome: Outcome::Balanced,
+        };
     }
     let rotation = UnitQuaternion::from_axis_angle(&axis, angle);
     let position = centre + rotation * cg;
-    let pose = Isometry3::from_parts(Translation3::from(position), unit(rotation * world_from_object.rotation));
-    let outcome = Outcome::Toppling { case, struck: angle < wanted };
-    Settled { pose: lifted(shape, &pose, floor), outcome }
+    let pose = Isometry3::from_parts(
+        Translation3::from(position),
+        unit(rotation * world_from_object.rotation),
+    );
+    let outcome = Outcome::Toppling {
+        case,
+        struck: angle < wanted,
+    };
+    Settled {
+        pose: lifted(shape, &pose, floor),
+        outcome,
+    }
 }
 
 /// The largest angle up to `wanted` by which the object can turn about the axis before a further vertex is on the floor.
@@ -175,7 +217,11 @@ fn free_angle(
         }
         let reach = libm::hypot(a, b);
         let first = libm::atan2(b, a) + libm::acos((-still / reach).clamp(-1.0, 1.0));
-        let strikes = if first > std::f64::consts::PI { first - std::f64::consts::TAU } else { first };
+        let strikes = if first > std::f64::consts::PI {
+            first - std::f64::consts::TAU
+        } else {
+            first
+        };
         angle = angle.min(strikes.clamp(0.0, wanted));
     }
     angle

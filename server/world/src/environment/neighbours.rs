@@ -46,7 +46,9 @@ pub(crate) fn shove(
     let mut next = 0;
     while let Some(&mover) = movers.get(next) {
         next += 1;
-        let Some(bounds) = broad.bounds(mover.slot).copied() else { continue };
+        let Some(bounds) = broad.bounds(mover.slot).copied() else {
+            continue;
+        };
         if mover.translation == Vector3::zeros() {
             continue;
         }
@@ -63,14 +65,24 @@ pub(crate) fn shove(
             body.pose = lifted(&body.spec.shape, &pose, floor);
             body.stop();
             broad.set(other, body.spec.shape.aabb().moved(&body.pose));
-            movers.push(Mover { slot: other, translation: mover.translation });
+            movers.push(Mover {
+                slot: other,
+                translation: mover.translation,
+            });
         }
     }
 }
 
 fn runs_into(state: &State, mover: Mover, other: u32) -> bool {
-    let (Some(moving), Some(still)) = (state.body(mover.slot), state.body(other)) else { return false };
-    let met = meeting(&moving.spec.shape, &moving.pose, &still.spec.shape, &still.pose);
+    let (Some(moving), Some(still)) = (state.body(mover.slot), state.body(other)) else {
+        return false;
+    };
+    let met = meeting(
+        &moving.spec.shape,
+        &moving.pose,
+        &still.spec.shape,
+        &still.pose,
+    );
     met.is_some_and(|out| out.dot(&mover.translation) > ALONG * mover.translation.norm())
 }
 
@@ -110,8 +122,11 @@ pub(crate) fn stop_on_the_way(
     broad.query(&body.spec.shape.aabb().moved(to), &mut scratch.near);
     let mut first: Option<(f64, u32)> = None;
     for &other in &scratch.near {
-        let Some(still) = state.body(other).filter(|_| other != slot) else { continue };
-        let meets_at = |pose: &Isometry3<f64>| meeting(&still.spec.shape, &still.pose, &body.spec.shape, pose);
+        let Some(still) = state.body(other).filter(|_| other != slot) else {
+            continue;
+        };
+        let meets_at =
+            |pose: &Isometry3<f64>| meeting(&still.spec.shape, &still.pose, &body.spec.shape, pose);
         let enters = |out: Vector3<f64>| out.dot(&way) < 0.0;
         if !meets_at(to).is_some_and(enters) {
             continue;
@@ -121,11 +136,18 @@ pub(crate) fn stop_on_the_way(
             first = Some((share, other));
         }
     }
-    first.map(|(share, by)| Stop { pose: between(&body.pose, to, share), by })
+    first.map(|(share, by)| Stop {
+        pose: between(&body.pose, to, share),
+        by,
+    })
 }
 
 /// The largest share of the way, to a millionth, at which `meets` does not hold; 0 if it holds from the start.
-fn free_share(from: &Isometry3<f64>, to: &Isometry3<f64>, meets: impl Fn(&Isometry3<f64>) -> bool) -> f64 {
+fn free_share(
+    from: &Isometry3<f64>,
+    to: &Isometry3<f64>,
+    meets: impl Fn(&Isometry3<f64>) -> bool,
+) -> f64 {
     if meets(from) {
         return 0.0;
     }
@@ -147,5 +169,8 @@ fn between(from: &Isometry3<f64>, to: &Isometry3<f64>, share: f64) -> Isometry3<
         return *from;
     }
     let position = from.translation.vector.lerp(&to.translation.vector, share);
-    Isometry3::from_parts(Translation3::from(position), from.rotation.nlerp(&to.rotation, share))
+    Isometry3::from_parts(
+        Translation3::from(position),
+        from.rotation.nlerp(&to.rotation, share),
+    )
 }

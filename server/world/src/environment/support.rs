@@ -47,9 +47,15 @@ pub fn convex_hull(points: &mut Vec<Point2<f64>>, hull: &mut Vec<Point2<f64>>) {
 }
 
 /// Andrew's monotone chain (1979): appends one chain; corners before `start` are not its own.
-fn half_hull<'a>(points: impl Iterator<Item = &'a Point2<f64>>, hull: &mut Vec<Point2<f64>>, start: usize) {
+fn half_hull<'a>(
+    points: impl Iterator<Item = &'a Point2<f64>>,
+    hull: &mut Vec<Point2<f64>>,
+    start: usize,
+) {
     for point in points {
-        while hull.len() >= start + 2 && turn(&hull[hull.len() - 2], &hull[hull.len() - 1], point) <= COLLINEAR_M2 {
+        while hull.len() >= start + 2
+            && turn(&hull[hull.len() - 2], &hull[hull.len() - 1], point) <= COLLINEAR_M2
+        {
             hull.pop();
         }
         // The chain's first point is the other chain's last.
@@ -72,7 +78,10 @@ fn turn(a: &Point2<f64>, b: &Point2<f64>, c: &Point2<f64>) -> f64 {
 pub fn stance(hull: &[Point2<f64>], g: &Point2<f64>) -> Stance {
     match hull {
         [] => Stance::Stable,
-        [vertex] => Stance::OverVertex { vertex: *vertex, case: 1 },
+        [vertex] => Stance::OverVertex {
+            vertex: *vertex,
+            case: 1,
+        },
         [a, b] => over_two([*a, *b], g, 2),
         _ if contains(hull, g) => Stance::Stable,
         _ => over_two(nearest_two(hull, g), g, 3),
@@ -93,9 +102,15 @@ fn over_two(ends: [Point2<f64>; 2], g: &Point2<f64>, case: u8) -> Stance {
     let line = ends[1] - ends[0];
     let along = (g - ends[0]).dot(&line);
     if along < 0.0 {
-        Stance::OverVertex { vertex: ends[0], case }
+        Stance::OverVertex {
+            vertex: ends[0],
+            case,
+        }
     } else if along > line.norm_squared() {
-        Stance::OverVertex { vertex: ends[1], case }
+        Stance::OverVertex {
+            vertex: ends[1],
+            case,
+        }
     } else {
         Stance::OverEdge { ends, case }
     }
@@ -110,7 +125,11 @@ fn contains(hull: &[Point2<f64>], g: &Point2<f64>) -> bool {
 
 fn nearest_two(hull: &[Point2<f64>], g: &Point2<f64>) -> [Point2<f64>; 2] {
     let distance = |index: usize| (hull[index] - g).norm_squared();
-    let (mut first, mut second) = if distance(1) < distance(0) { (1, 0) } else { (0, 1) };
+    let (mut first, mut second) = if distance(1) < distance(0) {
+        (1, 0)
+    } else {
+        (0, 1)
+    };
     for index in 2..hull.len() {
         if distance(index) < distance(first) {
             (first, second) = (index, first);
@@ -139,10 +158,23 @@ mod tests {
 
     #[test]
     fn hulls() {
-        let square = hull_of(&[[1.0, 1.0], [0.0, 0.0], [0.5, 0.5], [1.0, 0.0], [0.5, 0.0], [0.0, 1.0]]);
-        assert_eq!(square, hull_of(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]));
+        let square = hull_of(&[
+            [1.0, 1.0],
+            [0.0, 0.0],
+            [0.5, 0.5],
+            [1.0, 0.0],
+            [0.5, 0.0],
+            [0.0, 1.0],
+        ]);
+        assert_eq!(
+            square,
+            hull_of(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+        );
         assert_eq!(square.len(), 4);
-        assert_eq!(hull_of(&[[0.0, 0.0], [1.0, 0.0], [0.5, 0.0]]), hull_of(&[[0.0, 0.0], [1.0, 0.0]]));
+        assert_eq!(
+            hull_of(&[[0.0, 0.0], [1.0, 0.0], [0.5, 0.0]]),
+            hull_of(&[[0.0, 0.0], [1.0, 0.0]])
+        );
         assert_eq!(hull_of(&[[0.0, 0.0], [0.0, 0.0]]).len(), 1);
         assert_eq!(hull_of(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]).len(), 3);
         assert!(hull_of(&[]).is_empty());
@@ -152,16 +184,53 @@ mod tests {
     fn each_case_of_the_floor_by_hand() {
         let p = |x: f64, z: f64| Point2::new(x, z);
         let square = hull_of(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
-        let check = |hull: &[Point2<f64>], g: Point2<f64>, expected: Stance| assert_eq!(stance(hull, &g), expected, "{g}");
+        let check = |hull: &[Point2<f64>], g: Point2<f64>, expected: Stance| {
+            assert_eq!(stance(hull, &g), expected, "{g}")
+        };
         check(&square, p(0.5, 0.5), Stance::Stable);
         check(&square, p(1.0, 0.5), Stance::Stable);
-        check(&[p(0.0, 0.0)], p(0.3, 0.0), Stance::OverVertex { vertex: p(0.0, 0.0), case: 1 });
+        check(
+            &[p(0.0, 0.0)],
+            p(0.3, 0.0),
+            Stance::OverVertex {
+                vertex: p(0.0, 0.0),
+                case: 1,
+            },
+        );
         let two = [p(0.0, 0.0), p(1.0, 0.0)];
-        check(&two, p(-0.2, 0.4), Stance::OverVertex { vertex: p(0.0, 0.0), case: 2 });
-        check(&two, p(1.2, -0.4), Stance::OverVertex { vertex: p(1.0, 0.0), case: 2 });
+        check(
+            &two,
+            p(-0.2, 0.4),
+            Stance::OverVertex {
+                vertex: p(0.0, 0.0),
+                case: 2,
+            },
+        );
+        check(
+            &two,
+            p(1.2, -0.4),
+            Stance::OverVertex {
+                vertex: p(1.0, 0.0),
+                case: 2,
+            },
+        );
         check(&two, p(0.4, 0.4), Stance::OverEdge { ends: two, case: 2 });
-        check(&square, p(1.5, 0.4), Stance::OverEdge { ends: [p(1.0, 0.0), p(1.0, 1.0)], case: 3 });
-        check(&square, p(1.5, -0.4), Stance::OverVertex { vertex: p(1.0, 0.0), case: 3 });
+        check(
+            &square,
+            p(1.5, 0.4),
+            Stance::OverEdge {
+                ends: [p(1.0, 0.0), p(1.0, 1.0)],
+                case: 3,
+            },
+        );
+        check(
+            &square,
+            p(1.5, -0.4),
+            Stance::OverVertex {
+                vertex: p(1.0, 0.0),
+                case: 3,
+            },
+        );
     }
 
     #[test]
@@ -170,7 +239,19 @@ mod tests {
         let p = |x: f64, z: f64| Point2::new(x, z);
         let long = hull_of(&[[0.0, 0.0], [1.0, 0.0], [1.0, 0.1], [0.0, 0.1]]);
         let g = p(0.6, -0.3);
-        assert_eq!(stance(&long, &g), Stance::OverVertex { vertex: p(1.0, 0.0), case: 3 });
-        assert_eq!(stance_over_side(&long, &g), Stance::OverEdge { ends: [p(0.0, 0.0), p(1.0, 0.0)], case: 3 });
+        assert_eq!(
+            stance(&long, &g),
+            Stance::OverVertex {
+                vertex: p(1.0, 0.0),
+                case: 3
+            }
+        );
+        assert_eq!(
+            stance_over_side(&long, &g),
+            Stance::OverEdge {
+                ends: [p(0.0, 0.0), p(1.0, 0.0)],
+                case: 3
+            }
+        );
     }
 }

@@ -7,7 +7,10 @@ use crate::scene::Target;
 /// Distance from the target's centre, in metres, at which the way from `from` to `to` goes through its disc;
 /// `None` where it does not.
 pub(crate) fn hit(target: &Target, from: &Point3<f64>, to: &Point3<f64>) -> Option<f64> {
-    let (before, after) = ((from - target.centre).dot(&target.normal), (to - target.centre).dot(&target.normal));
+    let (before, after) = (
+        (from - target.centre).dot(&target.normal),
+        (to - target.centre).dot(&target.normal),
+    );
     let crosses = (before > 0.0) != (after > 0.0);
     if !crosses {
         return None;
@@ -33,7 +36,10 @@ mod tests {
         };
         let check = |from: [f64; 3], to: [f64; 3], expected: Option<f64>| {
             let found = hit(&target, &Point3::from(from), &Point3::from(to));
-            assert_eq!(found.map(|d| (d * 1e6).round()), expected.map(|d: f64| (d * 1e6).round()));
+            assert_eq!(
+                found.map(|d| (d * 1e6).round()),
+                expected.map(|d: f64| (d * 1e6).round())
+            );
         };
         check([0.0, 1.1, -1.9], [0.0, 1.1, -2.1], Some(0.1));
         check([0.0, 1.1, -2.1], [0.0, 1.1, -1.9], Some(0.1));

@@ -101,37 +101,53 @@ impl HandState {
     pub fn moving_points(&self) -> impl Iterator<Item = (u16, &Point3<f64>, &Point3<f64>)> {
         let valid = self.posed.point_valid.iter().zip(&self.before.point_valid);
         let points = self.posed.points.iter().zip(&self.before.points);
-        (0_u16..).zip(points.zip(valid)).filter(|(_, (_, (now, before)))| **now && **before).map(
-            |(index, ((now, before), _))| (index, now, before),
-        )
+        (0_u16..)
+            .zip(points.zip(valid))
+            .filter(|(_, (_, (now, before)))| **now && **before)
+            .map(|(index, ((now, before), _))| (index, now, before))
     }
 
     /// Judgement segments that exist now and before: index, now, before. World space, metres.
-    pub fn moving_segments(&self) -> impl Iterator<Item = (u16, &[Point3<f64>; 2], &[Point3<f64>; 2])> {
-        let valid = self.posed.segment_valid.iter().zip(&self.before.segment_valid);
+    pub fn moving_segments(
+        &self,
+    ) -> impl Iterator<Item = (u16, &[Point3<f64>; 2], &[Point3<f64>; 2])> {
+        let valid = self
+            .posed
+            .segment_valid
+            .iter()
+            .zip(&self.before.segment_valid);
         let segments = self.posed.segments.iter().zip(&self.before.segments);
-        (0_u16..).zip(segments.zip(valid)).filter(|(_, (_, (now, before)))| **now && **before).map(
-            |(index, ((now, before), _))| (index, now, before),
-        )
+        (0_u16..)
+            .zip(segments.zip(valid))
+            .filter(|(_, (_, (now, before)))| **now && **before)
+            .map(|(index, ((now, before), _))| (index, now, before))
     }
 
     /// The box around everything that the hand sweeps in this step, world space, metres.
     pub fn swept(&self) -> Aabb {
         let reach = self.model.point_radius;
-        let points = self.moving_points().flat_map(|(_, now, before)| [*now, *before]);
-        let segments = self.moving_segments().flat_map(|(_, now, before)| [now[0], now[1], before[0], before[1]]);
+        let points = self
+            .moving_points()
+            .flat_map(|(_, now, before)| [*now, *before]);
+        let segments = self
+            .moving_segments()
+            .flat_map(|(_, now, before)| [now[0], now[1], before[0], before[1]]);
         Aabb::of(points.chain(segments)).grown(reach)
     }
 
     /// The links of a finger in the wrist's space, as they stood at the step before.
     pub fn links_before(&self, finger: Finger) -> Option<FingerLinks> {
         let points = self.before.finger_points(finger)?;
-        Some(FingerLinks::from_points(&points.map(|p| self.before.wrist.inverse_transform_point(&p))))
+        Some(FingerLinks::from_points(
+            &points.map(|p| self.before.wrist.inverse_transform_point(&p)),
+        ))
     }
 
     /// The links of a finger in the wrist's space.
     pub fn links(&self, finger: Finger) -> Option<FingerLinks> {
         let points = self.posed.finger_points(finger)?;
-        Some(FingerLinks::from_points(&points.map(|p| self.posed.wrist.inverse_transform_point(&p))))
+        Some(FingerLinks::from_points(
+            &points.map(|p| self.posed.wrist.inverse_transform_point(&p)),
+        ))
     }
 }

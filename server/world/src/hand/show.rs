@@ -33,8 +33,12 @@ pub fn show(hand: &mut HandState, touching: [bool; N_FINGERS], held: &[Option<He
             hand.openings[finger.index()] = super::hand_state::Opening::default();
             continue;
         }
-        let Some(tracked) = hand.links(finger) else { continue };
-        let touched = hand.links_before(finger).map_or(tracked.directions, |links| links.directions);
+        let Some(tracked) = hand.links(finger) else {
+            continue;
+        };
+        let touched = hand
+            .links_before(finger)
+            .map_or(tracked.directions, |links| links.directions);
         let path = *hand.openings[finger.index()]
             .path
             .get_or_insert_with(|| OpeningPath::new(&hand.model, finger, touched));
@@ -44,12 +48,21 @@ pub fn show(hand: &mut HandState, touching: [bool; N_FINGERS], held: &[Option<He
     }
 }
 
-fn open(hand: &mut HandState, finger: Finger, tracked: &FingerLinks, path: &OpeningPath, held: &[Option<Held<'_>>]) {
+fn open(
+    hand: &mut HandState,
+    finger: Finger,
+    tracked: &FingerLinks,
+    path: &OpeningPath,
+    held: &[Option<Held<'_>>],
+) {
     let wrist = *hand.wrist();
     let last = hand.openings[finger.index()].opening;
     let model = &hand.model;
     let mut depth = |points: &[Point3<f64>; POINTS_PER_FINGER]| {
-        held.iter().flatten().map(|held| depth_in(model, &wrist, finger, points, held)).fold(f64::NEG_INFINITY, f64::max)
+        held.iter()
+            .flatten()
+            .map(|held| depth_in(model, &wrist, finger, points, held))
+            .fold(f64::NEG_INFINITY, f64::max)
     };
     let found = retract_finger(tracked, path, last, &mut depth);
     hand.openings[finger.index()].opening = found.opening;
@@ -72,22 +85,34 @@ fn depth_in(
     let object_from_wrist = held.pose.inv_mul(world_from_wrist);
     let points = points.map(|p| object_from_wrist * p);
     let reach = held.shape.bounding_radius() + model.skeleton.finger(finger).radii[0];
-    if points.windows(2).all(|ends| is_far(&ends[0], &ends[1], reach)) {
+    if points
+        .windows(2)
+        .all(|ends| is_far(&ends[0], &ends[1], reach))
+    {
         return f64::NEG_INFINITY;
     }
-    let inside = points.iter().map(|p| model.point_radius - signed_distance(held.shape, p).distance);
+    let inside = points
+        .iter()
+        .map(|p| model.point_radius - signed_distance(held.shape, p).distance);
     let mut deepest = inside.fold(f64::NEG_INFINITY, f64::max);
-    finger_ridges(model, &object_from_wrist.rotation, finger, &points, |[a, b]| {
-        if !is_far(&a, &b, held.shape.bounding_radius()) {
-            deepest = deepest.max(max_depth_on_segment(held.shape, &a, &b));
-        }
-    });
+    finger_ridges(
+        model,
+        &object_from_wrist.rotation,
+        finger,
+        &points,
+        |[a, b]| {
+            if !is_far(&a, &b, held.shape.bounding_radius()) {
+                deepest = deepest.max(max_depth_on_segment(held.shape, &a, &b));
+            }
+        },
+    );
     deepest
 }
 
 /// Whether the segment stays farther than `reach` from the origin.
 fn is_far(a: &Point3<f64>, b: &Point3<f64>, reach: f64) -> bool {
     let along = b - a;
-    let share = (-a.coords.dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    let share =
+        (-a.coords.dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
     (a.coords + along * share).norm_squared() > reach * reach
 }

@@ -16,7 +16,9 @@ pub fn carried(world_from_wrist: &Isometry3<f64>, hold: &Hold) -> Isometry3<f64>
 /// The hand that a grasped object follows: the one that led so far while it satisfies the test by itself, else the
 /// lowest id that does, else none (only the contacts of several hands together hold it).
 pub fn leader(touches: &[Touch], grasp_angle: f64, so_far: Option<HandId>) -> Option<HandId> {
-    let alone = |hand: HandId| widest_pair(touches, Some(hand)).is_some_and(|pair| pair.holds_at(grasp_angle));
+    let alone = |hand: HandId| {
+        widest_pair(touches, Some(hand)).is_some_and(|pair| pair.holds_at(grasp_angle))
+    };
     if let Some(hand) = so_far
         && alone(hand)
     {
@@ -46,7 +48,12 @@ pub fn rigid_motion(pairs: &[[Point3<f64>; 2]]) -> Isometry3<f64> {
         return Isometry3::identity();
     }
     let n = pairs.len() as f64;
-    let centre = |end: usize| pairs.iter().fold(Vector3::zeros(), |sum, pair| sum + pair[end].coords) / n;
+    let centre = |end: usize| {
+        pairs
+            .iter()
+            .fold(Vector3::zeros(), |sum, pair| sum + pair[end].coords)
+            / n
+    };
     let (from, to) = (centre(0), centre(1));
     let mut rotation = UnitQuaternion::identity();
     for _ in 0..SWEEPS {
@@ -59,8 +66,12 @@ pub fn rigid_motion(pairs: &[[Point3<f64>; 2]]) -> Isometry3<f64> {
             moment += arm.cross(&(wanted - arm));
         }
         let floor = inertia.trace() / 3.0 * OPEN_TURN + f64::MIN_POSITIVE;
-        let Some(inverse) = (inertia + Matrix3::identity() * floor).try_inverse() else { break };
-        rotation = unit(UnitQuaternion::from_rotation_matrix(&Rotation3::new(inverse * moment)) * rotation);
+        let Some(inverse) = (inertia + Matrix3::identity() * floor).try_inverse() else {
+            break;
+        };
+        rotation = unit(
+            UnitQuaternion::from_rotation_matrix(&Rotation3::new(inverse * moment)) * rotation,
+        );
     }
     Isometry3::from_parts(Translation3::from(to - rotation * from), rotation)
 }
@@ -70,18 +81,36 @@ mod tests {
     use super::*;
 
     fn check(motion: &Isometry3<f64>, points: &[[f64; 3]]) {
-        let pairs: Vec<[Point3<f64>; 2]> =
-            points.iter().map(|p| [Point3::from(*p), motion * Point3::from(*p)]).collect();
+        let pairs: Vec<[Point3<f64>; 2]> = points
+            .iter()
+            .map(|p| [Point3::from(*p), motion * Point3::from(*p)])
+            .collect();
         let found = rigid_motion(&pairs);
         for pair in &pairs {
-            assert!((found * pair[0] - pair[1]).norm() < 1e-9, "{found} does not take {} to {}", pair[0], pair[1]);
+            assert!(
+                (found * pair[0] - pair[1]).norm() < 1e-9,
+                "{found} does not take {} to {}",
+                pair[0],
+                pair[1]
+            );
         }
     }
 
     #[test]
     fn the_fit_finds_a_rigid_motion() {
-        let motion = Isometry3::new(Vector3::new(0.01, -0.02, 0.005), Vector3::new(0.05, 0.1, -0.03));
-        check(&motion, &[[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]]);
+        let motion = Isometry3::new(
+            Vector3::new(0.01, -0.02, 0.005),
+            Vector3::new(0.05, 0.1, -0.03),
+        );
+        check(
+            &motion,
+            &[
+                [0.0, 0.0, 0.0],
+                [0.1, 0.0, 0.0],
+                [0.0, 0.1, 0.0],
+                [0.0, 0.0, 0.1],
+            ],
+        );
         check(&Isometry3::translation(0.1, 0.2, 0.3), &[[0.1, 0.2, 0.3]]);
         // Two points leave the turn about their line open; the object does not turn that way.
         check(&motion, &[[-0.05, 0.0, 0.0], [0.05, 0.0, 0.0]]);
@@ -91,8 +120,11 @@ mod tests {
     #[test]
     fn two_points_that_only_translate_turn_nothing() {
         let shift = Vector3::new(0.0, 0.001, 0.0);
-        let pairs = [[-0.03, 0.03].map(|_| Point3::origin()), [Point3::new(0.1, 0.0, 0.0); 2]]
-            .map(|[a, _]| [a, a + shift]);
+        let pairs = [
+            [-0.03, 0.03].map(|_| Point3::origin()),
+            [Point3::new(0.1, 0.0, 0.0); 2],
+        ]
+        .map(|[a, _]| [a, a + shift]);
         assert!(rigid_motion(&pairs).rotation.angle() < 1e-15);
     }
 }

@@ -12,7 +12,10 @@ pub fn free(
     gravity_step: &Vector3<f64>,
 ) -> Isometry3<f64> {
     let position = world_from_object.translation.vector + (displacement + gravity_step);
-    Isometry3::from_parts(Translation3::from(position), unit(spin * world_from_object.rotation))
+    Isometry3::from_parts(
+        Translation3::from(position),
+        unit(spin * world_from_object.rotation),
+    )
 }
 
 /// The same rotation, its length brought back to one: products of thousands of steps would drift from it.
@@ -41,20 +44,33 @@ mod tests {
             let start = Isometry3::translation(0.1, 1.0, -0.2);
             let (mut pose, mut displacement) = (start, v * dt);
             for k in 1..=(rate_hz as u32) {
-                let next = free(&pose, &displacement, &UnitQuaternion::identity(), &(g * dt * dt));
+                let next = free(
+                    &pose,
+                    &displacement,
+                    &UnitQuaternion::identity(),
+                    &(g * dt * dt),
+                );
                 displacement = next.translation.vector - pose.translation.vector;
                 pose = next;
                 let k = f64::from(k);
-                let exact = start.translation.vector + v * (k * dt) + g * (dt * dt * k * (k + 1.0) / 2.0);
-                assert!((pose.translation.vector - exact).norm() < 1e-6, "{rate_hz} Hz, step {k}");
+                let exact =
+                    start.translation.vector + v * (k * dt) + g * (dt * dt * k * (k + 1.0) / 2.0);
+                assert!(
+                    (pose.translation.vector - exact).norm() < 1e-6,
+                    "{rate_hz} Hz, step {k}"
+                );
             }
         }
     }
 
     #[test]
     fn a_window_averages_the_track() {
-        let track: Vec<Point3<f64>> = (0..5).map(|i| Point3::new(f64::from(i) * 0.01, 0.0, 0.0)).collect();
-        assert!((window_displacement(&track).unwrap() - Vector3::new(0.01, 0.0, 0.0)).norm() < 1e-15);
+        let track: Vec<Point3<f64>> = (0..5)
+            .map(|i| Point3::new(f64::from(i) * 0.01, 0.0, 0.0))
+            .collect();
+        assert!(
+            (window_displacement(&track).unwrap() - Vector3::new(0.01, 0.0, 0.0)).norm() < 1e-15
+        );
         assert_eq!(window_displacement(&track[..1]), None);
         assert_eq!(window_displacement(&[]), None);
     }

@@ -27,11 +27,17 @@ pub struct Split {
 pub fn split(cb: &Vector3<f64>, cg: &Vector3<f64>) -> Split {
     let length = cg.norm();
     if length < AT_CENTRE_M {
-        return Split { along: *cb, across: Vector3::zeros() };
+        return Split {
+            along: *cb,
+            across: Vector3::zeros(),
+        };
     }
     let direction = cg / length;
     let along = direction * cb.dot(&direction);
-    Split { along, across: cb - along }
+    Split {
+        along,
+        across: cb - along,
+    }
 }
 
 /// The rotation that carries the contact point along `across`: about X = R × CG by arctan(|R|/|CG|) (equation (2)).
@@ -46,7 +52,11 @@ pub fn turn(across: &Vector3<f64>, cg: &Vector3<f64>) -> UnitQuaternion<f64> {
 }
 
 /// The pose of an object whose contact point `c` is pushed by `cb`; all in world space, metres.
-pub fn pushed(world_from_object: &Isometry3<f64>, c: &Point3<f64>, cb: &Vector3<f64>) -> Isometry3<f64> {
+pub fn pushed(
+    world_from_object: &Isometry3<f64>,
+    c: &Point3<f64>,
+    cb: &Vector3<f64>,
+) -> Isometry3<f64> {
     let g = Point3::from(world_from_object.translation.vector);
     let cg = g - c;
     let Split { along, across } = split(cb, &cg);
@@ -89,22 +99,36 @@ mod tests {
 
     #[test]
     fn a_push_through_the_centre_only_translates() {
-        let pose = pushed(&Isometry3::identity(), &Point3::new(-0.025, 0.0, 0.0), &Vector3::new(0.002, 0.0, 0.0));
+        let pose = pushed(
+            &Isometry3::identity(),
+            &Point3::new(-0.025, 0.0, 0.0),
+            &Vector3::new(0.002, 0.0, 0.0),
+        );
         assert_eq!(pose, Isometry3::translation(0.002, 0.0, 0.0));
     }
 
     #[test]
     fn a_push_across_only_rotates() {
         // |R| = |CG|: 45°, about +z, for a point at -x that moves down.
-        let pose = pushed(&Isometry3::identity(), &Point3::new(-0.025, 0.0, 0.0), &Vector3::new(0.0, -0.025, 0.0));
+        let pose = pushed(
+            &Isometry3::identity(),
+            &Point3::new(-0.025, 0.0, 0.0),
+            &Vector3::new(0.0, -0.025, 0.0),
+        );
         assert_eq!(pose.translation, Translation3::identity());
-        let expected = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_4);
+        let expected =
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_4);
         assert!(pose.rotation.angle_to(&expected) < 1e-12);
     }
 
     #[test]
     fn at_the_centre_of_gravity_all_of_it_translates() {
         let cb = Vector3::new(0.001, 0.002, 0.003);
-        assert_eq!(pushed(&Isometry3::identity(), &Point3::origin(), &cb).translation.vector, cb);
+        assert_eq!(
+            pushed(&Isometry3::identity(), &Point3::origin(), &cb)
+                .translation
+                .vector,
+            cb
+        );
     }
 }

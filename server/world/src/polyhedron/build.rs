@@ -8,7 +8,9 @@ use super::mesh::Mesh;
 use super::normals::SignNormals;
 use super::outline::{Outline, outline};
 use super::pairs::FacePairs;
-use super::tolerances::{BOX_PADDING, CENTRED, COPLANAR_DISTANCE, DEGENERATE_VOLUME, LINE_THROUGH_CENTRE};
+use super::tolerances::{
+    BOX_PADDING, CENTRED, COPLANAR_DISTANCE, DEGENERATE_VOLUME, LINE_THROUGH_CENTRE,
+};
 use super::tree::Tree;
 use super::{Edge, Face, Polyhedron, Triangle, check, mass, merge};
 
@@ -29,7 +31,11 @@ pub(super) fn from_faces(
     let mut solid = once(vertices, faces)?;
     let centroid = solid.centroid;
     for _ in 0..MAX_ROUNDS {
-        let triangles: Vec<Vec<u32>> = solid.triangles.iter().map(|t| t.vertices.to_vec()).collect();
+        let triangles: Vec<Vec<u32>> = solid
+            .triangles
+            .iter()
+            .map(|t| t.vertices.to_vec())
+            .collect();
         solid = once(&solid.points, &triangles)?;
         if solid.centroid == Point3::origin() {
             break;
@@ -56,7 +62,11 @@ fn once(vertices: &[Point3<f64>], faces: &[Vec<u32>]) -> Result<Polyhedron, Shap
         return Err(ShapeFault::InsideOut { volume });
     }
     let is_centred = centroid.coords.norm() <= CENTRED * size;
-    let centroid = if is_centred { Point3::origin() } else { centroid };
+    let centroid = if is_centred {
+        Point3::origin()
+    } else {
+        centroid
+    };
     mesh.points
         .iter_mut()
         .for_each(|p| *p = Point3::from(*p - centroid));

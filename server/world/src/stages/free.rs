@@ -20,7 +20,10 @@ pub(crate) fn advance(stage: &mut Stage<'_>) {
     slots.clear();
     slots.extend_from_slice(&stage.state.awake);
     for &slot in &slots {
-        let touched = stage.scratch.found.binary_search_by_key(&slot, |found| found.slot);
+        let touched = stage
+            .scratch
+            .found
+            .binary_search_by_key(&slot, |found| found.slot);
         let held = touched.is_ok_and(|index| stage.scratch.found[index].is_moved());
         let shoved = stage.scratch.movers.iter().any(|mover| mover.slot == slot);
         if !held && !shoved {
@@ -28,7 +31,10 @@ pub(crate) fn advance(stage: &mut Stage<'_>) {
         }
     }
     stage.state.awake.retain(|slot| {
-        stage.state.slots[*slot as usize].body.as_ref().is_some_and(|body| !body.is_resting())
+        stage.state.slots[*slot as usize]
+            .body
+            .as_ref()
+            .is_some_and(|body| !body.is_resting())
     });
     stage.scratch.slots = slots;
 }
@@ -68,15 +74,36 @@ fn way(stage: &mut Stage<'_>, slot: u32) -> Way {
     let shape = &body.spec.shape;
     let to = inertia::free(&body.pose, &body.displacement, &body.spin, &gravity_step);
     if lowest(shape, &to) >= floor {
-        return Way { to, on_floor: is_on(shape, &to, floor), landed: false, outcome: None };
+        return Way {
+            to,
+            on_floor: is_on(shape, &to, floor),
+            landed: false,
+            outcome: None,
+        };
     }
     let gm = body.displacement + gravity_step;
     // From the air it comes to lie on the floor in this step, and topples from the next one on.
     let landed = !body.on_floor;
-    let start = if landed { lifted(shape, &to, floor) } else { body.pose };
-    let settled = settle(shape, &start, &gm, &stage.scene.gravity, floor, &mut stage.scratch.floor);
+    let start = if landed {
+        lifted(shape, &to, floor)
+    } else {
+        body.pose
+    };
+    let settled = settle(
+        shape,
+        &start,
+        &gm,
+        &stage.scene.gravity,
+        floor,
+        &mut stage.scratch.floor,
+    );
     let to = if landed { start } else { settled.pose };
-    Way { to, on_floor: true, landed, outcome: Some(settled.outcome) }
+    Way {
+        to,
+        on_floor: true,
+        landed,
+        outcome: Some(settled.outcome),
+    }
 }
 
 fn go(stage: &mut Stage<'_>, slot: u32, way: &Way) {
@@ -152,8 +179,15 @@ fn report_hits(stage: &mut Stage<'_>, slot: u32, before: &Isometry3<f64>, after:
     for (index, target) in (0_u32..).zip(&stage.scene.targets) {
         if let Some(distance) = targets::hit(target, &from, &to) {
             let object = Some(stage.state.id(slot));
-            let kind = EventKind::HitTarget { target: index, distance };
-            stage.frame.events.push(crate::frame::Event { object, hand: None, kind });
+            let kind = EventKind::HitTarget {
+                target: index,
+                distance,
+            };
+            stage.frame.events.push(crate::frame::Event {
+                object,
+                hand: None,
+                kind,
+            });
         }
     }
 }
@@ -173,7 +207,10 @@ pub(crate) fn wake_near(stage: &mut Stage<'_>, slot: u32, around: &Aabb) {
     slots.clear();
     stage.broad.query(&around.grown(LEANING_M), &mut slots);
     for &near in &slots {
-        let leans = stage.state.body(near).is_some_and(|body| matches!(body.rest, Rest::OnObject(_)));
+        let leans = stage
+            .state
+            .body(near)
+            .is_some_and(|body| matches!(body.rest, Rest::OnObject(_)));
         if near != slot && leans {
             stage.state.wake(near);
         }

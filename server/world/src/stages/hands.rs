@@ -14,7 +14,11 @@ pub(crate) fn advance(stage: &mut Stage<'_>, inputs: &[HandInput]) {
     stage.scratch.swept.clear();
     for hand in &mut stage.state.hands {
         // Two samples for one hand: the later one counts.
-        let sample = inputs.iter().rev().find(|input| input.hand == hand.id).and_then(|input| input.sample.as_ref());
+        let sample = inputs
+            .iter()
+            .rev()
+            .find(|input| input.hand == hand.id)
+            .and_then(|input| input.sample.as_ref());
         let was = hand.advance(sample, grace_steps);
         let kind = match (was, hand.tracking) {
             (Tracking::Never | Tracking::Lost, Tracking::Tracked) => Some(EventKind::HandFound),
@@ -22,7 +26,11 @@ pub(crate) fn advance(stage: &mut Stage<'_>, inputs: &[HandInput]) {
             _ => None,
         };
         if let Some(kind) = kind {
-            stage.frame.events.push(Event { object: None, hand: Some(hand.id), kind });
+            stage.frame.events.push(Event {
+                object: None,
+                hand: Some(hand.id),
+                kind,
+            });
         }
         stage.scratch.swept.push(hand.swept());
     }
@@ -37,7 +45,9 @@ pub(crate) fn show(stage: &mut Stage<'_>) {
         let mut held: [Option<Held<'_>>; N_FINGERS] = [None; N_FINGERS];
         let mut n_held = 0;
         for found in &stage.scratch.found {
-            let Some(body) = stage.state.body(found.slot) else { continue };
+            let Some(body) = stage.state.body(found.slot) else {
+                continue;
+            };
             let own = body.touches.iter().filter(|touch| touch.hand == hand.id);
             let mut touches = false;
             for finger in own.filter_map(|touch| layout.finger(touch.part)) {
@@ -45,7 +55,10 @@ pub(crate) fn show(stage: &mut Stage<'_>) {
                 touches = true;
             }
             if touches && body.contact == ContactState::Grasped && n_held < held.len() {
-                held[n_held] = Some(Held { shape: &body.spec.shape, pose: body.pose });
+                held[n_held] = Some(Held {
+                    shape: &body.spec.shape,
+                    pose: body.pose,
+                });
                 n_held += 1;
             }
         }

@@ -65,14 +65,23 @@ fn judge(stage: &mut Stage<'_>, slot: u32) -> Option<Found> {
     let supposed = match held {
         Some(hold) => followed(stage.state, body, &hold, &mut stage.scratch.pairs),
         // What lies, stands or is pushed is met where it is; only what flies is met on its way.
-        None if body.on_floor || body.is_resting() || body.contact != ContactState::Free => body.pose,
+        None if body.on_floor || body.is_resting() || body.contact != ContactState::Free => {
+            body.pose
+        }
         None => inertia::free(&body.pose, &body.displacement, &body.spin, &gravity_step),
     };
     let angle = body.spec.grasp_angle.unwrap_or(stage.scene.grasp_angle);
     let (contact, touches) = (&mut stage.scratch.contact, &mut stage.scratch.touches);
     let first = touches.len();
     let mut now = supposed;
-    touch(stage.state, &stage.scratch.swept, body, &now, contact, touches);
+    touch(
+        stage.state,
+        &stage.scratch.swept,
+        body,
+        &now,
+        contact,
+        touches,
+    );
     let mut verdict = match stage.scene.model {
         Model::Paper => classify(&touches[first..], angle),
     };
@@ -86,11 +95,24 @@ fn judge(stage: &mut Stage<'_>, slot: u32) -> Option<Found> {
         touches.truncate(first);
         let displacement = release_displacement(body);
         now = inertia::free(&body.pose, &displacement, &body.spin, &gravity_step);
-        touch(stage.state, &stage.scratch.swept, body, &now, contact, touches);
+        touch(
+            stage.state,
+            &stage.scratch.swept,
+            body,
+            &now,
+            contact,
+            touches,
+        );
         verdict = classify_push(&touches[first..]);
     }
     let known = touches.len() > first || !body.touches.is_empty() || lost.is_some() || body.barred;
-    known.then_some(Found { slot, now, touches: (first, touches.len()), verdict, lost })
+    known.then_some(Found {
+        slot,
+        now,
+        touches: (first, touches.len()),
+        verdict,
+        lost,
+    })
 }
 
 fn touch(
@@ -102,8 +124,14 @@ fn touch(
     touches: &mut Vec<Touch>,
 ) {
     let shape = &body.spec.shape;
-    let path = Path { before: body.pose, now: *now };
-    let around = shape.aabb().moved(&path.before).joined(&shape.aabb().moved(&path.now));
+    let path = Path {
+        before: body.pose,
+        now: *now,
+    };
+    let around = shape
+        .aabb()
+        .moved(&path.before)
+        .joined(&shape.aabb().moved(&path.now));
     for (hand, swept) in state.hands.iter().zip(swept) {
         if hand.can_touch() && swept.meets(&around) {
             contact::find(hand, shape, &path, &body.touches, scratch, touches);
@@ -112,10 +140,17 @@ fn touch(
 }
 
 /// Where a held object goes: with its leader's wrist, or with the contact points of all hands together.
-fn followed(state: &State, body: &Body, hold: &Hold, pairs: &mut Vec<[Point3<f64>; 2]>) -> Isometry3<f64> {
+fn followed(
+    state: &State,
+    body: &Body,
+    hold: &Hold,
+    pairs: &mut Vec<[Point3<f64>; 2]>,
+) -> Isometry3<f64> {
     if let Some(leader) = hold.leader {
         // A leader that left the world leaves the object where it is; its contacts are gone.
-        return state.hand(leader).map_or(body.pose, |hand| grasp::carried(hand.wrist(), hold));
+        return state
+            .hand(leader)
+            .map_or(body.pose, |hand| grasp::carried(hand.wrist(), hold));
     }
     pairs.clear();
     pairs.extend(body.touches.iter().filter_map(|touch| {
@@ -138,7 +173,11 @@ fn part_at(posed: &crate::hand::judgement::PosedHand, touch: &Touch) -> Option<P
 }
 
 fn release_reason(state: &State, body: &Body, touches: &[Touch], threshold: f64) -> ReleaseReason {
-    let lost = |id: HandId| state.hand(id).is_none_or(|hand| hand.tracking == Tracking::Lost);
+    let lost = |id: HandId| {
+        state
+            .hand(id)
+            .is_none_or(|hand| hand.tracking == Tracking::Lost)
+    };
     if body.touches.iter().any(|touch| lost(touch.hand)) {
         return ReleaseReason::TrackingLost;
     }
@@ -177,7 +216,13 @@ fn apply(stage: &mut Stage<'_>, found: &Found) {
     let (state, pose) = match &found.verdict {
         Verdict::Free => {
             let grasps = widest_pair(touches, None).is_some_and(|pair| {
-                pair.holds_at(stage.state.body(found.slot).and_then(|b| b.spec.grasp_angle).unwrap_or(stage.scene.grasp_angle))
+                pair.holds_at(
+                    stage
+                        .state
+                        .body(found.slot)
+                        .and_then(|b| b.spec.grasp_angle)
+                        .unwrap_or(stage.scene.grasp_angle),
+                )
             });
             let body = stage.state.taken(found.slot);
             body.barred &= grasps;
@@ -189,12 +234,19 @@ fn apply(stage: &mut Stage<'_>, found: &Found) {
         }
         Verdict::PushedAtOne(index) => {
             let touch = &touches[*index];
-            let pose = push::pushed(&found.now, &(found.now * touch.point), &(found.now.rotation * touch.motion));
+            let pose = push::pushed(
+                &found.now,
+                &(found.now * touch.point),
+                &(found.now.rotation * touch.motion),
+            );
             (ContactState::PushedAtOne, pose)
         }
         Verdict::PushedAtSeveral => {
             let way = found.now.rotation * mean_motion(touches);
-            (ContactState::PushedAtSeveral, Translation3::from(way) * found.now)
+            (
+                ContactState::PushedAtSeveral,
+                Translation3::from(way) * found.now,
+            )
         }
         Verdict::Grasped(_) => (ContactState::Grasped, found.now),
     };
@@ -204,7 +256,11 @@ fn apply(stage: &mut Stage<'_>, found: &Found) {
 fn place(stage: &mut Stage<'_>, found: &Found, contact: ContactState, pose: Isometry3<f64>) {
     let slot = found.slot;
     let n_contacts = (found.touches.1 - found.touches.0) as u32;
-    let first_hand = stage.scratch.touches.get(found.touches.0).map(|touch| touch.hand);
+    let first_hand = stage
+        .scratch
+        .touches
+        .get(found.touches.0)
+        .map(|touch| touch.hand);
     let floor = stage.scene.floor_height;
     stage.state.wake(slot);
     let body = stage.state.taken(slot);
@@ -235,27 +291,47 @@ fn place(stage: &mut Stage<'_>, found: &Found, contact: ContactState, pose: Isom
 /// leader moved it there, that is its place from now on.
 fn hold(stage: &mut Stage<'_>, found: &Found, pair: &GraspPair) {
     let touches = &stage.scratch.touches[found.touches.0..found.touches.1];
-    let body = stage.state.body(found.slot).expect("found objects are there");
+    let body = stage
+        .state
+        .body(found.slot)
+        .expect("found objects are there");
     let angle = body.spec.grasp_angle.unwrap_or(stage.scene.grasp_angle);
     let so_far = body.hold;
     let leader = grasp::leader(touches, angle, so_far.and_then(|hold| hold.leader));
     let stays = so_far.is_some_and(|hold| hold.leader == leader) && body.pose == found.now;
     if !stays {
-        let wrist = leader.and_then(|id| stage.state.hand(id)).map_or_else(Isometry3::identity, |hand| *hand.wrist());
+        let wrist = leader
+            .and_then(|id| stage.state.hand(id))
+            .map_or_else(Isometry3::identity, |hand| *hand.wrist());
         let wrist_from_object = wrist.inv_mul(&body.pose);
         let since_tick = so_far.map_or(stage.state.tick, |hold| hold.since_tick);
-        stage.state.taken(found.slot).hold = Some(Hold { leader, wrist_from_object, since_tick });
+        stage.state.taken(found.slot).hold = Some(Hold {
+            leader,
+            wrist_from_object,
+            since_tick,
+        });
     }
     if so_far.is_none() {
         let by = leader.or(Some(pair.normals[0].hand));
-        stage.report(found.slot, by, EventKind::Grasped { normals: pair.normals, angle: pair.angle() });
+        stage.report(
+            found.slot,
+            by,
+            EventKind::Grasped {
+                normals: pair.normals,
+                angle: pair.angle(),
+            },
+        );
     }
 }
 
 fn let_go(stage: &mut Stage<'_>, found: &Found, reason: ReleaseReason) {
     let rate = stage.scene.rate_hz;
     let body = stage.state.taken(found.slot);
-    let by = body.hold.take().and_then(|hold| hold.leader).or_else(|| body.touches.first().map(|touch| touch.hand));
+    let by = body
+        .hold
+        .take()
+        .and_then(|hold| hold.leader)
+        .or_else(|| body.touches.first().map(|touch| touch.hand));
     body.displacement = release_displacement(body);
     body.track.clear();
     let velocity = body.displacement * rate;
@@ -280,7 +356,10 @@ fn keep_track(body: &mut Body) {
 fn report_contacts(stage: &mut Stage<'_>, found: &Found) {
     let (mut old, mut new) = (0, found.touches.0);
     loop {
-        let body = stage.state.body(found.slot).expect("found objects are there");
+        let body = stage
+            .state
+            .body(found.slot)
+            .expect("found objects are there");
         let last = body.touches.get(old).cloned();
         let next = (new < found.touches.1).then(|| stage.scratch.touches[new].clone());
         match (last, next) {
@@ -291,15 +370,28 @@ fn report_contacts(stage: &mut Stage<'_>, found: &Found) {
             }
             (Some(a), b) if b.as_ref().is_none_or(|b| a.key() < b.key()) => {
                 old += 1;
-                stage.report(found.slot, Some(a.hand), EventKind::ContactEnded { part: a.part, feature: a.feature });
+                stage.report(
+                    found.slot,
+                    Some(a.hand),
+                    EventKind::ContactEnded {
+                        part: a.part,
+                        feature: a.feature,
+                    },
+                );
             }
             (_, Some(b)) => {
                 new += 1;
                 let point = found.now * b.point;
-                let kind = EventKind::ContactBegan { part: b.part, feature: b.feature, point };
+                let kind = EventKind::ContactBegan {
+                    part: b.part,
+                    feature: b.feature,
+                    point,
+                };
                 stage.report(found.slot, Some(b.hand), kind);
             }
-            (Some(_), None) => unreachable!("the second arm takes every last contact without a next"),
+            (Some(_), None) => {
+                unreachable!("the second arm takes every last contact without a next")
+            }
         }
     }
 }
@@ -309,7 +401,13 @@ pub(crate) fn shove_neighbours(stage: &mut Stage<'_>) {
     let mut movers = std::mem::take(&mut stage.scratch.movers);
     let n_touched = movers.len();
     let floor = stage.scene.floor_height;
-    shove(stage.state, stage.broad, floor, &mut movers, &mut stage.scratch.neighbours);
+    shove(
+        stage.state,
+        stage.broad,
+        floor,
+        &mut movers,
+        &mut stage.scratch.neighbours,
+    );
     for mover in &movers[n_touched..] {
         let body = stage.state.taken(mover.slot);
         body.on_floor = is_on(&body.spec.shape, &body.pose, floor);

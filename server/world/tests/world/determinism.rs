@@ -17,8 +17,18 @@ fn the_golden_digest() {
         object("thrown", cube(0.05), [0.0, 0.025, 0.0]),
         object("under", cube(0.05), [0.3, 0.025, 0.0]),
         object("over", cube(0.05), [0.31, 0.2, 0.01]),
-        posed("ell", shapes::l_shape(0.06, 0.09, 0.04, 0.02).unwrap(), [-0.3, 0.3, 0.0], turned(0.5, 0.2, 0.9)),
-        posed("ball", shapes::ellipsoid(&Vector3::new(0.03, 0.04, 0.05)).unwrap(), [0.0, 0.3, 0.5], turned(1.0, 0.1, 0.2)),
+        posed(
+            "ell",
+            shapes::l_shape(0.06, 0.09, 0.04, 0.02).unwrap(),
+            [-0.3, 0.3, 0.0],
+            turned(0.5, 0.2, 0.9),
+        ),
+        posed(
+            "ball",
+            shapes::ellipsoid(&Vector3::new(0.03, 0.04, 0.05)).unwrap(),
+            [0.0, 0.3, 0.5],
+            turned(1.0, 0.1, 0.2),
+        ),
     ];
     let mut world = World::new(scene(240.0, objects)).unwrap();
     let close = (0..40).map(|i| (0.0, 0.07 - 0.001 * f64::from(i.min(25))));
@@ -28,9 +38,17 @@ fn the_golden_digest() {
         let centre = Vector3::new(0.0, 0.025 + way, -way);
         let half = Vector3::new(gap / 2.0, 0.0, 0.0);
         let wrist = centre + Vector3::new(0.0, 0.05, 0.15);
-        hand_with(wrist.into(), &[(3, (centre - half).into()), (7, (centre + half).into())])
+        hand_with(
+            wrist.into(),
+            &[(3, (centre - half).into()), (7, (centre + half).into())],
+        )
     });
     run(&mut world, script);
     idle(&mut world, 360);
-    assert_eq!(world.digest(), GOLDEN, "the digest is {:#018x}", world.digest());
+    assert_eq!(
+        world.digest(),
+        GOLDEN,
+        "the digest is {:#018x}",
+        world.digest()
+    );
 }

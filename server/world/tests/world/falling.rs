@@ -10,30 +10,57 @@ use crate::script::{cube, idle, kinds, object, posed, position, scene};
 
 #[test]
 fn a_cube_on_the_floor_rests_at_once_and_stays() {
-    let mut world = World::new(scene(240.0, vec![object("a", cube(0.05), [0.0, 0.025, 0.0])])).unwrap();
+    let mut world = World::new(scene(
+        240.0,
+        vec![object("a", cube(0.05), [0.0, 0.025, 0.0])],
+    ))
+    .unwrap();
     assert_eq!(kinds(&idle(&mut world, 1)), ["rested"]);
-    let digest_free = world.object(tsukamu_world::state::ObjectId { slot: 0, generation: 0 }).unwrap().pose;
+    let digest_free = world
+        .object(tsukamu_world::state::ObjectId {
+            slot: 0,
+            generation: 0,
+        })
+        .unwrap()
+        .pose;
     assert!(idle(&mut world, 1000).is_empty());
     assert_eq!(world.objects().next().unwrap().1.pose, digest_free);
 }
 
 #[test]
 fn a_dropped_cube_lands_and_rests_flat() {
-    let mut world = World::new(scene(240.0, vec![object("a", cube(0.05), [0.0, 0.5, 0.0])])).unwrap();
+    let mut world =
+        World::new(scene(240.0, vec![object("a", cube(0.05), [0.0, 0.5, 0.0])])).unwrap();
     let events = idle(&mut world, 240);
     assert_eq!(kinds(&events), ["landed", "rested"]);
     assert!((position(&world, 0).y - 0.025).abs() < 1e-9);
-    let EventKind::Landed { velocity } = events[0].1.kind else { panic!("landed first") };
+    let EventKind::Landed { velocity } = events[0].1.kind else {
+        panic!("landed first")
+    };
     // v = -sqrt(2 g h) with h = 0.475 m.
     assert!((velocity.y + 3.053).abs() < 0.1, "{velocity}");
 }
 
 #[test]
 fn a_stack_of_three_stays_through_ten_seconds() {
-    let stack = (0..3).map(|i| object(&format!("{i}"), cube(0.05), [0.0, 0.025 + 0.05 * f64::from(i), 0.0])).collect();
+    let stack = (0..3)
+        .map(|i| {
+            object(
+                &format!("{i}"),
+                cube(0.05),
+                [0.0, 0.025 + 0.05 * f64::from(i), 0.0],
+            )
+        })
+        .collect();
     let mut world = World::new(scene(240.0, stack)).unwrap();
     let events = idle(&mut world, 2400);
-    assert_eq!(events.iter().filter(|(_, e)| e.kind.name() == "rested").count(), 3);
+    assert_eq!(
+        events
+            .iter()
+            .filter(|(_, e)| e.kind.name() == "rested")
+            .count(),
+        3
+    );
     for slot in 0..3 {
         let expected = 0.025 + 0.05 * f64::from(slot);
         assert!((position(&world, slot).y - expected).abs() < 1e-6, "{slot}");
@@ -42,7 +69,10 @@ fn a_stack_of_three_stays_through_ten_seconds() {
 
 #[test]
 fn one_cube_dropped_on_another_stays_on_it() {
-    let two = vec![object("a", cube(0.05), [0.0, 0.025, 0.0]), object("b", cube(0.05), [0.01, 0.3, 0.0])];
+    let two = vec![
+        object("a", cube(0.05), [0.0, 0.025, 0.0]),
+        object("b", cube(0.05), [0.01, 0.3, 0.0]),
+    ];
     for rate in [60.0, 240.0, 1000.0] {
         let mut world = World::new(scene(rate, two.clone())).unwrap();
         let events = idle(&mut world, rate as u32);
@@ -57,11 +87,20 @@ fn what_leans_on_a_removed_object_falls() {
     use tsukamu_world::StepInput;
     use tsukamu_world::input::Command;
     use tsukamu_world::state::ObjectId;
-    let two = vec![object("a", cube(0.05), [0.0, 0.025, 0.0]), object("b", cube(0.05), [0.0, 0.075, 0.0])];
+    let two = vec![
+        object("a", cube(0.05), [0.0, 0.025, 0.0]),
+        object("b", cube(0.05), [0.0, 0.075, 0.0]),
+    ];
     let mut world = World::new(scene(240.0, two)).unwrap();
     idle(&mut world, 10);
-    let gone = ObjectId { slot: 0, generation: 0 };
-    world.step(&StepInput { commands: vec![Command::RemoveObject(gone)], hands: vec![] });
+    let gone = ObjectId {
+        slot: 0,
+        generation: 0,
+    };
+    world.step(&StepInput {
+        commands: vec![Command::RemoveObject(gone)],
+        hands: vec![],
+    });
     idle(&mut world, 240);
     assert!((position(&world, 1).y - 0.025).abs() < 1e-6);
     assert!(world.object(gone).is_none());
@@ -79,7 +118,8 @@ fn solids() -> Vec<Polyhedron> {
 }
 
 fn any_rotation() -> impl Strategy<Value = UnitQuaternion<f64>> {
-    prop::array::uniform3(-3.0..3.0f64).prop_map(|v| UnitQuaternion::from_scaled_axis(Vector3::from(v)))
+    prop::array::uniform3(-3.0..3.0f64)
+        .prop_map(|v| UnitQuaternion::from_scaled_axis(Vector3::from(v)))
 }
 
 proptest! {

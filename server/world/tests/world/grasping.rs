@@ -15,12 +15,22 @@ const INDEX_TIP: usize = 7;
 fn pinch(centre: Vector3<f64>, gap: f64) -> HandSample {
     let half = Vector3::new(gap / 2.0, 0.0, 0.0);
     let wrist = centre + Vector3::new(0.0, 0.05, 0.15);
-    hand_with(wrist.into(), &[(THUMB_TIP, (centre - half).into()), (INDEX_TIP, (centre + half).into())])
+    hand_with(
+        wrist.into(),
+        &[
+            (THUMB_TIP, (centre - half).into()),
+            (INDEX_TIP, (centre + half).into()),
+        ],
+    )
 }
 
 #[test]
 fn a_fingertip_pushes_a_cube_by_exactly_its_way() {
-    let mut world = World::new(scene(240.0, vec![object("a", cube(0.05), [0.0, 0.025, 0.0])])).unwrap();
+    let mut world = World::new(scene(
+        240.0,
+        vec![object("a", cube(0.05), [0.0, 0.025, 0.0])],
+    ))
+    .unwrap();
     let script = (0..=40).map(|i| {
         let x = -0.045 + 0.001 * f64::from(i);
         hand_with([x - 0.1, 0.1, 0.1], &[(INDEX_TIP, [x, 0.025, 0.0])])
@@ -28,21 +38,38 @@ fn a_fingertip_pushes_a_cube_by_exactly_its_way() {
     let events = run(&mut world, script);
     assert!(kinds(&events).contains(&"pushed"), "{events:?}");
     // The tip ends at x = -0.005, 20 mm behind where the face was.
-    assert!((position(&world, 0).x - 0.02).abs() < 1e-9, "{}", position(&world, 0));
+    assert!(
+        (position(&world, 0).x - 0.02).abs() < 1e-9,
+        "{}",
+        position(&world, 0)
+    );
     assert!((position(&world, 0).y - 0.025).abs() < 1e-12);
 }
 
 #[test]
 fn pinch_carry_and_open() {
-    let mut world = World::new(scene(240.0, vec![object("a", cube(0.05), [0.0, 0.025, 0.0])])).unwrap();
+    let mut world = World::new(scene(
+        240.0,
+        vec![object("a", cube(0.05), [0.0, 0.025, 0.0])],
+    ))
+    .unwrap();
     let at = |t: f64| Vector3::new(0.0, 0.025 + t, 0.0);
     let close = (0..30).map(|i| pinch(at(0.0), 0.07 - 0.001 * f64::from(i)));
     let lift = (0..100).map(|i| pinch(at(0.001 * f64::from(i)), 0.041));
     let events = run(&mut world, close.chain(lift));
-    let grasped = events.iter().find(|(_, e)| e.kind.name() == "grasped").expect("grasped");
-    let EventKind::Grasped { angle, .. } = grasped.1.kind else { unreachable!() };
+    let grasped = events
+        .iter()
+        .find(|(_, e)| e.kind.name() == "grasped")
+        .expect("grasped");
+    let EventKind::Grasped { angle, .. } = grasped.1.kind else {
+        unreachable!()
+    };
     assert!((angle - std::f64::consts::PI).abs() < 1e-9);
-    assert!((position(&world, 0).y - 0.124).abs() < 1e-9, "{}", position(&world, 0));
+    assert!(
+        (position(&world, 0).y - 0.124).abs() < 1e-9,
+        "{}",
+        position(&world, 0)
+    );
     let open = (0..30).map(|i| pinch(at(0.099), 0.041 + 0.001 * f64::from(i)));
     let mut later = Vec::new();
     for one in open {
@@ -50,16 +77,31 @@ fn pinch_carry_and_open() {
         later.extend(frame.events.iter().map(|e| (frame.tick, e.clone())));
     }
     later.extend(idle(&mut world, 200));
-    let released = later.iter().find(|(_, e)| e.kind.name() == "released").expect("released");
-    assert_eq!(released.1.kind, EventKind::Released { reason: ReleaseReason::ContactsGone });
+    let released = later
+        .iter()
+        .find(|(_, e)| e.kind.name() == "released")
+        .expect("released");
+    assert_eq!(
+        released.1.kind,
+        EventKind::Released {
+            reason: ReleaseReason::ContactsGone
+        }
+    );
     assert!((position(&world, 0).y - 0.025).abs() < 1e-9);
     assert_eq!(kinds(&later).last(), Some(&"hand_lost"));
 }
 
 #[test]
 fn a_held_object_keeps_its_pose_in_the_wrists_space_at_any_speed() {
-    let mut world = World::new(scene(60.0, vec![object("a", cube(0.05), [0.0, 0.025, 0.0])])).unwrap();
-    run(&mut world, (0..30).map(|i| pinch(Vector3::new(0.0, 0.025, 0.0), 0.07 - 0.001 * f64::from(i))));
+    let mut world = World::new(scene(
+        60.0,
+        vec![object("a", cube(0.05), [0.0, 0.025, 0.0])],
+    ))
+    .unwrap();
+    run(
+        &mut world,
+        (0..30).map(|i| pinch(Vector3::new(0.0, 0.025, 0.0), 0.07 - 0.001 * f64::from(i))),
+    );
     let held = |world: &World| {
         let (_, body) = world.objects().next().unwrap();
         assert_eq!(body.contact, ContactState::Grasped);
@@ -81,18 +123,27 @@ fn a_held_object_keeps_its_pose_in_the_wrists_space_at_any_speed() {
         }
         world.step(&crate::script::sample(sample));
         let now = held(&world);
-        assert!((now.translation.vector - start.translation.vector).norm() < 1e-12, "step {i}");
+        assert!(
+            (now.translation.vector - start.translation.vector).norm() < 1e-12,
+            "step {i}"
+        );
         assert!(now.rotation.angle_to(&start.rotation) < 1e-7, "step {i}");
     }
 }
 
 #[test]
 fn a_hand_that_is_lost_holds_through_the_grace_time_and_then_lets_go() {
-    let mut world = World::new(scene(240.0, vec![object("a", cube(0.05), [0.0, 0.025, 0.0])])).unwrap();
+    let mut world = World::new(scene(
+        240.0,
+        vec![object("a", cube(0.05), [0.0, 0.025, 0.0])],
+    ))
+    .unwrap();
     let lift = (0..100).map(|i| pinch(Vector3::new(0.0, 0.025 + 0.001 * f64::from(i), 0.0), 0.041));
     run(
         &mut world,
-        (0..30).map(|i| pinch(Vector3::new(0.0, 0.025, 0.0), 0.07 - 0.001 * f64::from(i))).chain(lift),
+        (0..30)
+            .map(|i| pinch(Vector3::new(0.0, 0.025, 0.0), 0.07 - 0.001 * f64::from(i)))
+            .chain(lift),
     );
     let held_at = position(&world, 0);
     // 0.25 s at 240 Hz are 60 steps.
@@ -101,7 +152,12 @@ fn a_hand_that_is_lost_holds_through_the_grace_time_and_then_lets_go() {
     let events = idle(&mut world, 1);
     let reasons: Vec<_> = events.iter().map(|(_, e)| e.kind.clone()).collect();
     assert!(reasons.contains(&EventKind::HandLost));
-    assert!(reasons.contains(&EventKind::Released { reason: ReleaseReason::TrackingLost }), "{reasons:?}");
+    assert!(
+        reasons.contains(&EventKind::Released {
+            reason: ReleaseReason::TrackingLost
+        }),
+        "{reasons:?}"
+    );
     idle(&mut world, 240);
     assert!((position(&world, 0).y - 0.025).abs() < 1e-9);
 }
@@ -110,9 +166,18 @@ fn a_hand_that_is_lost_holds_through_the_grace_time_and_then_lets_go() {
 fn a_throw_flies_by_the_closed_form_from_its_release() {
     for rate in [60.0, 240.0, 1000.0, 2000.0] {
         let dt = 1.0 / rate;
-        let mut world = World::new(scene(rate, vec![object("a", cube(0.05), [0.0, 0.025, 0.0])])).unwrap();
+        let mut world = World::new(scene(
+            rate,
+            vec![object("a", cube(0.05), [0.0, 0.025, 0.0])],
+        ))
+        .unwrap();
         let n = (0.2 * rate) as u32;
-        let close = (0..n).map(|i| pinch(Vector3::new(0.0, 0.025, 0.0), 0.07 - 0.03 * f64::from(i) / f64::from(n)));
+        let close = (0..n).map(|i| {
+            pinch(
+                Vector3::new(0.0, 0.025, 0.0),
+                0.07 - 0.03 * f64::from(i) / f64::from(n),
+            )
+        });
         // Up and forward, accelerating to 3 m/s in 0.4 s; then open within one step at full speed.
         let m = (0.4 * rate) as u32;
         let at = |i: u32| {
@@ -122,7 +187,11 @@ fn a_throw_flies_by_the_closed_form_from_its_release() {
         };
         let swing = (1..=m).map(|i| pinch(at(i), 0.041));
         run(&mut world, close.chain(swing));
-        assert_eq!(world.objects().next().unwrap().1.contact, ContactState::Grasped, "{rate}");
+        assert_eq!(
+            world.objects().next().unwrap().1.contact,
+            ContactState::Grasped,
+            "{rate}"
+        );
         let p0 = position(&world, 0);
         let v = world.objects().next().unwrap().1.displacement / dt;
         let mut k = 0.0;
@@ -134,8 +203,12 @@ fn a_throw_flies_by_the_closed_form_from_its_release() {
             if frame.events.iter().any(|e| e.kind.name() == "landed") {
                 break;
             }
-            let exact = p0 + v * (k * dt) + Vector3::new(0.0, -9.81, 0.0) * (dt * dt * k * (k + 1.0) / 2.0);
-            assert!((position(&world, 0) - exact).norm() < 1e-6, "{rate} Hz, step {k}");
+            let exact =
+                p0 + v * (k * dt) + Vector3::new(0.0, -9.81, 0.0) * (dt * dt * k * (k + 1.0) / 2.0);
+            assert!(
+                (position(&world, 0) - exact).norm() < 1e-6,
+                "{rate} Hz, step {k}"
+            );
             assert!(k < 10.0 * rate);
         }
         let on_floor = position(&world, 0);
@@ -155,7 +228,11 @@ fn a_fast_fingertip_does_not_tunnel_through_a_thin_plate() {
     });
     run(&mut world, script);
     let tip = -0.2 + 2.0 * 10.0 / 60.0;
-    assert!((position(&world, 0).x - (tip + 0.0025)).abs() < 1e-9, "{}", position(&world, 0));
+    assert!(
+        (position(&world, 0).x - (tip + 0.0025)).abs() < 1e-9,
+        "{}",
+        position(&world, 0)
+    );
 }
 
 /// A thumb and an index finger with all their joints, bent toward each other, tips `gap` apart.
@@ -178,8 +255,17 @@ fn whole_pinch(centre: Vector3<f64>, gap: f64) -> HandSample {
 #[test]
 fn a_shown_finger_never_goes_more_than_a_millimetre_into_what_it_holds() {
     use tsukamu_world::query::point::signed_distance;
-    let mut world = World::new(scene(240.0, vec![object("a", cube(0.05), [0.0, 0.025, 0.0])])).unwrap();
-    let close = (0..60).map(|i| whole_pinch(Vector3::new(0.0, 0.03, 0.0), 0.07 - 0.001 * f64::from(i.min(34))));
+    let mut world = World::new(scene(
+        240.0,
+        vec![object("a", cube(0.05), [0.0, 0.025, 0.0])],
+    ))
+    .unwrap();
+    let close = (0..60).map(|i| {
+        whole_pinch(
+            Vector3::new(0.0, 0.03, 0.0),
+            0.07 - 0.001 * f64::from(i.min(34)),
+        )
+    });
     run(&mut world, close);
     let mut deepest_tracked = 0.0_f64;
     for i in 0..120 {
@@ -193,10 +279,22 @@ fn a_shown_finger_never_goes_more_than_a_millimetre_into_what_it_holds() {
             -signed_distance(&body.spec.shape, &body.pose.inverse_transform_point(p)).distance
         };
         let hand = &world.frame().hands[0];
-        for (shown, tracked) in hand.shown.iter().flatten().zip(hand.tracked.iter().flatten()) {
-            assert!(depth(shown) < 1e-3, "step {i}: {} mm deep", depth(shown) * 1e3);
+        for (shown, tracked) in hand
+            .shown
+            .iter()
+            .flatten()
+            .zip(hand.tracked.iter().flatten())
+        {
+            assert!(
+                depth(shown) < 1e-3,
+                "step {i}: {} mm deep",
+                depth(shown) * 1e3
+            );
             deepest_tracked = deepest_tracked.max(depth(tracked));
         }
     }
-    assert!(deepest_tracked > 5e-3, "the tracked tips must be inside for this to say anything: {deepest_tracked}");
+    assert!(
+        deepest_tracked > 5e-3,
+        "the tracked tips must be inside for this to say anything: {deepest_tracked}"
+    );
 }

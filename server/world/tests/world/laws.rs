@@ -10,9 +10,14 @@ use crate::script::{cube, hand_with, kinds, object, posed, run, scene};
 
 /// A hand whose two fingertips and two joints wander about near the origin: pushes, grasps and drops as it comes.
 fn wandering(seed: u64, step: u32) -> HandSample {
-    let phase = |k: u64| (seed.wrapping_mul(2_654_435_761).wrapping_add(k * 40_503) % 628) as f64 / 100.0;
+    let phase =
+        |k: u64| (seed.wrapping_mul(2_654_435_761).wrapping_add(k * 40_503) % 628) as f64 / 100.0;
     let wave = |k: u64, rate: f64| libm_sin(f64::from(step) * rate + phase(k));
-    let centre = Vector3::new(0.04 * wave(1, 0.031), 0.05 + 0.04 * wave(2, 0.023), 0.04 * wave(3, 0.017));
+    let centre = Vector3::new(
+        0.04 * wave(1, 0.031),
+        0.05 + 0.04 * wave(2, 0.023),
+        0.04 * wave(3, 0.017),
+    );
     let half = Vector3::new(0.03 + 0.012 * wave(4, 0.05), 0.0, 0.0);
     let link = Vector3::new(0.0, 0.025, 0.02);
     let at = |v: Vector3<f64>| -> [f64; 3] { v.into() };
@@ -31,12 +36,24 @@ fn wandering(seed: u64, step: u32) -> HandSample {
 /// Sine by its series: scripts must not depend on the platform's.
 fn libm_sin(x: f64) -> f64 {
     let x = x % std::f64::consts::TAU;
-    (0..15).fold((0.0, x), |(sum, term), k| (sum + term, -term * x * x / f64::from((2 * k + 2) * (2 * k + 3)))).0
+    (0..15)
+        .fold((0.0, x), |(sum, term), k| {
+            (
+                sum + term,
+                -term * x * x / f64::from((2 * k + 2) * (2 * k + 3)),
+            )
+        })
+        .0
 }
 
 fn moved(sample: HandSample, by: &Isometry3<f64>) -> HandSample {
-    let FingerPose::Points(points) = sample.fingers else { return sample };
-    HandSample { wrist: by * sample.wrist, fingers: FingerPose::Points(points.map(|p| p.map(|p| by * p))) }
+    let FingerPose::Points(points) = sample.fingers else {
+        return sample;
+    };
+    HandSample {
+        wrist: by * sample.wrist,
+        fingers: FingerPose::Points(points.map(|p| p.map(|p| by * p))),
+    }
 }
 
 proptest! {

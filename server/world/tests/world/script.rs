@@ -22,7 +22,12 @@ pub(crate) fn object(name: &str, shape: Polyhedron, position: [f64; 3]) -> Objec
     posed(name, shape, position, UnitQuaternion::identity())
 }
 
-pub(crate) fn posed(name: &str, shape: Polyhedron, position: [f64; 3], rotation: UnitQuaternion<f64>) -> ObjectSpec {
+pub(crate) fn posed(
+    name: &str,
+    shape: Polyhedron,
+    position: [f64; 3],
+    rotation: UnitQuaternion<f64>,
+) -> ObjectSpec {
     ObjectSpec {
         name: name.to_owned(),
         shape: Arc::new(shape),
@@ -34,7 +39,11 @@ pub(crate) fn posed(name: &str, shape: Polyhedron, position: [f64; 3], rotation:
 }
 
 pub(crate) fn scene(rate_hz: f64, objects: Vec<ObjectSpec>) -> Scene {
-    Scene { rate_hz, objects, ..Scene::default() }
+    Scene {
+        rate_hz,
+        objects,
+        ..Scene::default()
+    }
 }
 
 /// A hand far away from everything, some of whose joints are elsewhere: `(joint index, world position)`.
@@ -44,20 +53,35 @@ pub(crate) fn hand_with(wrist: [f64; 3], joints: &[(usize, [f64; 3])]) -> HandSa
         points[*index] = Some(Point3::from(*place));
     }
     let wrist = Isometry3::translation(wrist[0], wrist[1], wrist[2]);
-    HandSample { wrist, fingers: FingerPose::Points(points) }
+    HandSample {
+        wrist,
+        fingers: FingerPose::Points(points),
+    }
 }
 
 pub(crate) fn with_hand() -> StepInput {
     let model = Box::new(HandModel::adult(Side::Right));
-    StepInput { commands: vec![Command::AddHand { hand: HAND, model }], hands: Vec::new() }
+    StepInput {
+        commands: vec![Command::AddHand { hand: HAND, model }],
+        hands: Vec::new(),
+    }
 }
 
 pub(crate) fn sample(sample: HandSample) -> StepInput {
-    StepInput { commands: Vec::new(), hands: vec![HandInput { hand: HAND, sample: Some(sample) }] }
+    StepInput {
+        commands: Vec::new(),
+        hands: vec![HandInput {
+            hand: HAND,
+            sample: Some(sample),
+        }],
+    }
 }
 
 /// Runs a hand script, a sample per step, on a world in which the hand is; returns all events as `tick kind reason`.
-pub(crate) fn run(world: &mut World, script: impl IntoIterator<Item = HandSample>) -> Vec<(u64, Event)> {
+pub(crate) fn run(
+    world: &mut World,
+    script: impl IntoIterator<Item = HandSample>,
+) -> Vec<(u64, Event)> {
     world.step(&with_hand());
     let mut events = Vec::new();
     for one in script {
@@ -81,5 +105,11 @@ pub(crate) fn kinds(events: &[(u64, Event)]) -> Vec<&'static str> {
 }
 
 pub(crate) fn position(world: &World, slot: u32) -> Point3<f64> {
-    world.object(ObjectId { slot, generation: 0 }).expect("there").position()
+    world
+        .object(ObjectId {
+            slot,
+            generation: 0,
+        })
+        .expect("there")
+        .position()
 }

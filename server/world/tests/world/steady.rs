@@ -28,20 +28,33 @@ fn pinch(centre: Vector3<f64>, gap: f64) -> HandSample {
 fn carrying_falling_and_resting_allocate_nothing() {
     let mut objects = vec![object("held", cube(0.05), [0.0, 0.025, 0.0])];
     for i in 0..20 {
-        objects.push(object(&format!("resting {i}"), cube(0.05), [0.2 + 0.06 * f64::from(i), 0.025, 0.0]));
+        objects.push(object(
+            &format!("resting {i}"),
+            cube(0.05),
+            [0.2 + 0.06 * f64::from(i), 0.025, 0.0],
+        ));
     }
     objects.push(object("falling", cube(0.05), [-1.0, 900.0, 0.0]));
     let mut world = World::new(scene(240.0, objects)).unwrap();
     let at = |i: u32| Vector3::new(0.0, 0.025 + 0.0005 * f64::from(i), 0.0);
     let close = (0..40).map(|i| pinch(at(0), 0.07 - 0.001 * f64::from(i.min(25))));
-    run(&mut world, close.chain((0..200).map(|i| pinch(at(i), 0.045))));
-    assert_eq!(world.objects().next().unwrap().1.contact, ContactState::Grasped);
+    run(
+        &mut world,
+        close.chain((0..200).map(|i| pinch(at(i), 0.045))),
+    );
+    assert_eq!(
+        world.objects().next().unwrap().1.contact,
+        ContactState::Grasped
+    );
     let inputs: Vec<_> = (200..1200).map(|i| sample(pinch(at(i), 0.045))).collect();
     let count = allocation_counter::measure(|| {
         for input in &inputs {
             world.step(input);
         }
     });
-    assert_eq!(world.objects().next().unwrap().1.contact, ContactState::Grasped);
+    assert_eq!(
+        world.objects().next().unwrap().1.contact,
+        ContactState::Grasped
+    );
     assert_eq!(count.count_total, 0, "{count:?}");
 }
