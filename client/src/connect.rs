@@ -1,4 +1,5 @@
 use std::error::Error;
+use std::io;
 use std::time::Duration;
 
 use thiserror::Error;
@@ -79,6 +80,16 @@ pub enum ConnectError {
         /// Where.
         address: String,
         /// How that shows.
+        reason: String,
+    },
+    /// Somebody took the connection and closed it again.
+    #[error(
+        "what answers at {address} closed the connection ({reason}): it is no Tsukamu daemon, or one that is stopping"
+    )]
+    HungUp {
+        /// Where.
+        address: String,
+        /// What the system says.
         reason: String,
     },
     /// The daemon speaks another protocol.
@@ -176,7 +187,7 @@ impl RetryPolicy {
 impl ConnectError {
     /// Whether trying again may help.
     pub fn is_passing(&self) -> bool {
-        matches!(self, Self::Unreachable { .. })
+        matches!(self, Self::Unreachable { .. } | Self::HungUp { .. })
     }
 }
 
@@ -334,12 +345,7 @@ fn endpoint(options: &ConnectOptions) -> Result<Endpoint, ConnectError> {
 fn error_of(options: &ConnectOptions, status: &Status) -> ConnectError {
     match status.code() {
         Code::Unimplemented => wrong_service(options, "it does not know our service".into()),
-        // A transport error below gRPC: the peer went away, or speaks no HTTP/2.
-        _ if status.source().is_some() && is_protocol_error(status) => wrong_service(
-            options,
-            format!("it does not speak gRPC: {}", deepest(status)),
-        ),
-        _ if status.source().is_some() => unreachable(options, deepest(status)),
+        _ if status.source().is_some() => transport_error(options, status),
         Code::Unavailable | Code::Cancelled => unreachable(options, status.message().into()),
         Code::Unknown | Code::Internal => wrong_service(
             options,
@@ -352,19 +358,40 @@ fn error_of(options: &ConnectOptions, status: &Status) -> ConnectError {
     }
 }
 
-fn is_protocol_error(status: &Status) -> bool {
+/// What a failure below gRPC tells: nobody is there, somebody who speaks something else, or somebody who went away.
+fn transport_error(options: &ConnectOptions, status: &Status) -> ConnectError {
+    let reason = status.source().map(root_cause).unwrap_or_default();
     let mut cause = status.source();
     while let Some(error) = cause {
         let text = error.to_string();
         if text.contains("http2 error")
             || text.contains("h2 protocol error")
-            || text.contains("frame with invalid size")
+            || text.contains("invalid size")
         {
-            return true;
+            return wrong_service(options, format!("it does not speak gRPC: {reason}"));
+        }
+        if text.contains("connect error")
+            || error.downcast_ref::<io::Error>().is_some_and(is_absence)
+        {
+            return unreachable(options, reason);
         }
         cause = error.source();
     }
-    false
+    ConnectError::HungUp {
+        address: options.address.clone(),
+        reason,
+    }
+}
+
+fn is_absence(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::ConnectionRefused
+            | io::ErrorKind::HostUnreachable
+            | io::ErrorKind::NetworkUnreachable
+            | io::ErrorKind::AddrNotAvailable
+            | io::ErrorKind::TimedOut
+    )
 }
 
 fn unreachable(options: &ConnectOptions, reason: String) -> ConnectError {
@@ -386,12 +413,6 @@ fn silence(options: &ConnectOptions) -> String {
         "it gave no answer within {:.1} s",
         options.timeout.as_secs_f64()
     )
-}
-
-fn deepest(status: &Status) -> String {
-    status
-        .source()
-        .map_or_else(|| status.message().to_owned(), root_cause)
 }
 
 /// The innermost error of a chain: what the system said, on one line.

@@ -147,7 +147,7 @@ mod tests {
         Kind::Released(Released {
             reason: reason.into(),
             angle_rad: 1.2,
-            threshold_rad: 1.5708,
+            threshold_rad: std::f64::consts::FRAC_PI_2,
         })
     }
 
@@ -182,6 +182,10 @@ mod tests {
             Kind::Pushed(Pushed { n_contacts: 3 }),
             "pushed at 3 points that make no grasp",
         );
+    }
+
+    #[test]
+    fn motions_are_words() {
         check(
             Kind::Landed(Landed {
                 velocity: Some(Vec3 {

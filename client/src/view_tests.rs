@@ -24,11 +24,7 @@ fn frame(
             .flat_map(|object| [object.1, 0.0, 0.0])
             .collect(),
         rotations: objects.iter().flat_map(|_| [0.0, 0.0, 0.0, 1.0]).collect(),
-        states: objects
-            .iter()
-            .map(|object| object.2)
-            .collect::<Vec<_>>()
-            .into(),
+        states: objects.iter().map(|object| object.2).collect(),
         holders: objects.iter().map(|object| object.3).collect(),
         removed_ids: removed.to_vec(),
         scene_version: 3,

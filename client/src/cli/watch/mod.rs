@@ -72,7 +72,11 @@ pub(crate) async fn watch(client: &Client, args: &WatchArgs, as_json: bool) -> R
     let mut tasks = tokio::task::JoinSet::new();
     tasks.spawn(watch_events(client.clone(), sender.clone()));
     tasks.spawn(ask(client.clone(), sender));
-    let mut show = Show::choose(as_json, args.plain)?;
+    let mut show = if as_json {
+        Show::Json
+    } else {
+        Show::for_people(args.plain)?
+    };
     let mut model = WatchModel::new(client.address());
     let mut redraw = tokio::time::interval(show.interval());
     redraw.set_missed_tick_behavior(MissedTickBehavior::Skip);
@@ -97,15 +101,12 @@ pub(crate) async fn watch(client: &Client, args: &WatchArgs, as_json: bool) -> R
 }
 
 impl Show {
-    fn choose(as_json: bool, plain: bool) -> Result<Self> {
+    fn for_people(plain: bool) -> Result<Self> {
         let terminal = Term::buffered_stdout();
-        Ok(if as_json {
-            Self::Json
-        } else if plain || !terminal.is_term() {
-            Self::Plain
-        } else {
-            Self::Live(LiveTerminal::open(terminal)?)
-        })
+        if plain || !terminal.is_term() {
+            return Ok(Self::Plain);
+        }
+        Ok(Self::Live(LiveTerminal::open(terminal)?))
     }
 
     const fn interval(&self) -> Duration {

@@ -1,0 +1,10 @@
+//! The client against a daemon that follows a script, over a real local socket.
+
+/// The scripted daemon.
+mod fake;
+
+mod command_line;
+mod connecting;
+mod driving;
+mod events;
+mod frames;
