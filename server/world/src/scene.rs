@@ -1,4 +1,4 @@
-//! What a run starts from: objects, surroundings, step length. All validation happens in [`Scene::validate`].
+//! What a run starts from: objects, surroundings, step length. All validation happens in [`scene::Scene::validate`].
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! What a step may change. A snapshot is a clone of [`State`] and nothing else.
+//! What a step may change. A snapshot is a clone of [`state::State`] and nothing else.
 
 use std::sync::Arc;
 

@@ -17,7 +17,7 @@ use crate::hand::part::JudgementPart;
 use crate::input::StepInput;
 use crate::polyhedron::aabb::Aabb;
 use crate::scene::{Scene, SceneFault};
-use crate::stages::{free, hands, publish, touched};
+use crate::stages::{free, hands, judge, publish, touched};
 use crate::state::{Body, HandId, ObjectId, Slot, State};
 
 /// One authoritative world.
@@ -60,7 +60,7 @@ pub(crate) struct Scratch {
     pub(crate) slots: Vec<u32>,
     pub(crate) touches: Vec<Touch>,
     pub(crate) pairs: Vec<[Point3<f64>; 2]>,
-    pub(crate) found: Vec<touched::Found>,
+    pub(crate) found: Vec<judge::Found>,
     pub(crate) movers: Vec<Mover>,
     pub(crate) changed: Vec<u32>,
     pub(crate) moved: Vec<(u32, Aabb)>,
@@ -156,7 +156,7 @@ impl World {
         commands::carry_out(self, &input.commands);
         let mut stage = self.stage();
         hands::advance(&mut stage, &input.hands);
-        touched::find(&mut stage);
+        judge::find(&mut stage);
         touched::advance(&mut stage);
         touched::shove_neighbours(&mut stage);
         free::advance(&mut stage);

@@ -4,7 +4,9 @@
 pub(crate) mod free;
 /// The hands: their samples, and how they are shown.
 pub(crate) mod hands;
+/// Which objects hands touch.
+pub(crate) mod judge;
 /// The frame.
 pub(crate) mod publish;
-/// Objects that hands touch.
+/// How touched objects move.
 pub(crate) mod touched;

@@ -41,7 +41,7 @@ fn check_turn(pose: &Isometry3<f64>, gm: [f64; 3], case: u8, centre: [f64; 3], t
     );
     let angle = pose.rotation.angle_to(&after.pose.rotation);
     assert!(
-        (angle - tangent.atan()).abs() < 1e-9,
+        (angle - libm::atan(tangent)).abs() < 1e-9,
         "turned by {angle}, expected arctan {tangent}"
     );
     // The centre of the turn stays where it is.
@@ -96,7 +96,7 @@ fn one_vertex_turns_about_it() {
         [0.0, -1e-4, 0.0],
         1,
         corner.coords.into(),
-        1e-4 * 0.1_f64.sin() / lever,
+        1e-4 * libm::sin(0.1) / lever,
     );
     // Upright on the corner and straight down: Gm ∥ CG, balanced.
     assert_eq!(
@@ -121,7 +121,7 @@ fn two_vertices_turn_about_their_line_while_g_is_between_them() {
         [0.0, -1e-4, 0.0],
         2,
         corner.coords.into(),
-        1e-4 * 0.2_f64.sin() / lever,
+        1e-4 * libm::sin(0.2) / lever,
     );
     // A part of Gm along the edge does not count in 2b.
     check_turn(
@@ -129,7 +129,7 @@ fn two_vertices_turn_about_their_line_while_g_is_between_them() {
         [0.0, -1e-4, 0.5e-4],
         2,
         corner.coords.into(),
-        1e-4 * 0.2_f64.sin() / lever,
+        1e-4 * libm::sin(0.2) / lever,
     );
 }
 

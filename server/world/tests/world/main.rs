@@ -1,5 +1,10 @@
 //! The world by values: scenes and hand scripts in, what happened out.
 
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot build its scene has failed"
+)]
+
 mod determinism;
 mod falling;
 mod floor_cases;
