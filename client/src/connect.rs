@@ -1,10 +1,6 @@
-use std::error::Error;
-use std::io;
 use std::time::Duration;
 
-use thiserror::Error;
 use tonic::transport::{Channel, Endpoint};
-use tonic::{Code, Status};
 use tsukamu_proto::PROTOCOL_MAJOR;
 use tsukamu_proto::v1::clock_client::ClockClient;
 use tsukamu_proto::v1::control_client::ControlClient;
@@ -15,6 +11,10 @@ use tsukamu_proto::v1::world_client::WorldClient;
 use tsukamu_proto::v1::{GetStatusRequest, GetStatusResponse};
 
 use crate::clock::ClientClock;
+use crate::connect_error::{
+    ConnectError, error_of, root_cause, silence, unreachable, wrong_service,
+};
+use crate::retry::RetryPolicy;
 
 /// Where a daemon listens unless told otherwise.
 pub const DEFAULT_ADDRESS: &str = "http://127.0.0.1:7447";
@@ -39,84 +39,6 @@ pub struct ConnectOptions {
     pub retry: RetryPolicy,
 }
 
-/// How often to try again, and how long to wait in between: each delay is twice the one before it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RetryPolicy {
-    /// Attempts before giving up, at least 1.
-    pub attempts: u32,
-    /// Before the second attempt.
-    pub first_delay: Duration,
-    /// The longest delay.
-    pub max_delay: Duration,
-}
-
-/// Why there is no connection.
-#[derive(Clone, Debug, Error)]
-pub enum ConnectError {
-    /// The address is none.
-    #[error("`{address}` is no address of a daemon ({reason}); write it as http://host:port")]
-    Address {
-        /// What was given.
-        address: String,
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// Nobody answers.
-    #[error(
-        "no daemon can be reached at {address} ({reason}); start one with `tsukamud`, or name its address with \
-         --address or TSUKAMU_ADDRESS"
-    )]
-    Unreachable {
-        /// Where.
-        address: String,
-        /// What the system says.
-        reason: String,
-    },
-    /// Somebody answers, but it is no Tsukamu daemon.
-    #[error(
-        "what answers at {address} is no Tsukamu daemon ({reason}); name the daemon's address with --address or TSUKAMU_ADDRESS"
-    )]
-    WrongService {
-        /// Where.
-        address: String,
-        /// How that shows.
-        reason: String,
-    },
-    /// Somebody took the connection and closed it again.
-    #[error(
-        "what answers at {address} closed the connection ({reason}): it is no Tsukamu daemon, or one that is stopping"
-    )]
-    HungUp {
-        /// Where.
-        address: String,
-        /// What the system says.
-        reason: String,
-    },
-    /// The daemon speaks another protocol.
-    #[error(
-        "the daemon at {address} (version {daemon}) speaks protocol {daemon_major}, this client {client_major}; \
-         update the older of the two"
-    )]
-    Version {
-        /// Where.
-        address: String,
-        /// The daemon's own version.
-        daemon: String,
-        /// Major number of its protocol.
-        daemon_major: u32,
-        /// Major number of ours.
-        client_major: u32,
-    },
-    /// The daemon refuses.
-    #[error("the daemon at {address} refuses: {status}")]
-    Refused {
-        /// Where.
-        address: String,
-        /// Its answer.
-        status: String,
-    },
-}
-
 /// A connection to a daemon whose protocol we speak. Cheap to clone; clones share the connection.
 #[derive(Clone, Debug)]
 pub struct Client {
@@ -132,62 +54,6 @@ impl Default for ConnectOptions {
             timeout: Duration::from_secs(3),
             retry: RetryPolicy::default(),
         }
-    }
-}
-
-impl Default for RetryPolicy {
-    /// Ten attempts within about twelve seconds.
-    fn default() -> Self {
-        Self {
-            attempts: 10,
-            first_delay: Duration::from_millis(100),
-            max_delay: Duration::from_secs(2),
-        }
-    }
-}
-
-impl RetryPolicy {
-    /// One attempt.
-    pub const ONCE: Self = Self {
-        attempts: 1,
-        first_delay: Duration::ZERO,
-        max_delay: Duration::ZERO,
-    };
-
-    /// Attempts for about that long: the least number of them whose delays add up to it.
-    pub fn lasting(duration: Duration) -> Self {
-        let mut retry = Self {
-            attempts: 1,
-            ..Self::default()
-        };
-        let mut total = Duration::ZERO;
-        while total < duration && retry.attempts < 1_000_000 {
-            retry.attempts += 1;
-            total += retry
-                .delay_after(retry.attempts - 1)
-                .unwrap_or(retry.max_delay);
-        }
-        retry
-    }
-
-    /// The wait after that many failed attempts, or `None` when it is time to give up.
-    pub fn delay_after(&self, n_failed: u32) -> Option<Duration> {
-        if n_failed >= self.attempts.max(1) {
-            return None;
-        }
-        let doublings = n_failed.saturating_sub(1).min(31);
-        Some(
-            self.first_delay
-                .saturating_mul(1 << doublings)
-                .min(self.max_delay),
-        )
-    }
-}
-
-impl ConnectError {
-    /// Whether trying again may help.
-    pub fn is_passing(&self) -> bool {
-        matches!(self, Self::Unreachable { .. } | Self::HungUp { .. })
     }
 }
 
@@ -341,126 +207,9 @@ fn endpoint(options: &ConnectOptions) -> Result<Endpoint, ConnectError> {
         .expect("a version is a valid header"))
 }
 
-/// What the status of the first call tells about who answers.
-fn error_of(options: &ConnectOptions, status: &Status) -> ConnectError {
-    match status.code() {
-        Code::Unimplemented => wrong_service(options, "it does not know our service".into()),
-        _ if status.source().is_some() => transport_error(options, status),
-        Code::Unavailable | Code::Cancelled => unreachable(options, status.message().into()),
-        Code::Unknown | Code::Internal => wrong_service(
-            options,
-            format!("its answer is no gRPC: {}", first_line(status.message())),
-        ),
-        code => ConnectError::Refused {
-            address: options.address.clone(),
-            status: format!("{}: {}", code.description(), first_line(status.message())),
-        },
-    }
-}
-
-/// What a failure below gRPC tells: nobody is there, somebody who speaks something else, or somebody who went away.
-fn transport_error(options: &ConnectOptions, status: &Status) -> ConnectError {
-    let reason = status.source().map(root_cause).unwrap_or_default();
-    let mut cause = status.source();
-    while let Some(error) = cause {
-        let text = error.to_string();
-        if text.contains("http2 error")
-            || text.contains("h2 protocol error")
-            || text.contains("invalid size")
-        {
-            return wrong_service(options, format!("it does not speak gRPC: {reason}"));
-        }
-        if text.contains("connect error")
-            || error.downcast_ref::<io::Error>().is_some_and(is_absence)
-        {
-            return unreachable(options, reason);
-        }
-        cause = error.source();
-    }
-    ConnectError::HungUp {
-        address: options.address.clone(),
-        reason,
-    }
-}
-
-fn is_absence(error: &io::Error) -> bool {
-    matches!(
-        error.kind(),
-        io::ErrorKind::ConnectionRefused
-            | io::ErrorKind::HostUnreachable
-            | io::ErrorKind::NetworkUnreachable
-            | io::ErrorKind::AddrNotAvailable
-            | io::ErrorKind::TimedOut
-    )
-}
-
-fn unreachable(options: &ConnectOptions, reason: String) -> ConnectError {
-    ConnectError::Unreachable {
-        address: options.address.clone(),
-        reason,
-    }
-}
-
-fn wrong_service(options: &ConnectOptions, reason: String) -> ConnectError {
-    ConnectError::WrongService {
-        address: options.address.clone(),
-        reason,
-    }
-}
-
-fn silence(options: &ConnectOptions) -> String {
-    format!(
-        "it gave no answer within {:.1} s",
-        options.timeout.as_secs_f64()
-    )
-}
-
-/// The innermost error of a chain: what the system said, on one line.
-fn root_cause(error: &(dyn Error + 'static)) -> String {
-    let mut innermost = error;
-    while let Some(source) = innermost.source() {
-        innermost = source;
-    }
-    first_line(&innermost.to_string())
-}
-
-fn first_line(text: &str) -> String {
-    text.lines()
-        .next()
-        .unwrap_or_default()
-        .chars()
-        .take(200)
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn delays_double_up_to_a_bound() {
-        let retry = RetryPolicy {
-            attempts: 5,
-            first_delay: Duration::from_millis(100),
-            max_delay: Duration::from_millis(350),
-        };
-        let delays: Vec<_> = (1..=5)
-            .map(|n| retry.delay_after(n).map(|delay| delay.as_millis()))
-            .collect();
-        assert_eq!(delays, [Some(100), Some(200), Some(350), Some(350), None]);
-        assert_eq!(RetryPolicy::ONCE.delay_after(1), None);
-        assert_eq!(RetryPolicy::lasting(Duration::ZERO).attempts, 1);
-        // 0.1 + 0.2 + 0.4 + 0.8 + 1.6 = 3.1 s is the first sum past 3 s.
-        assert_eq!(RetryPolicy::lasting(Duration::from_secs(3)).attempts, 6);
-        assert_eq!(
-            RetryPolicy {
-                attempts: u32::MAX,
-                ..retry
-            }
-            .delay_after(4_000_000),
-            Some(retry.max_delay)
-        );
-    }
 
     #[test]
     fn addresses() {

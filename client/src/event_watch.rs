@@ -1,7 +1,8 @@
 use tonic::{Code, Status, Streaming};
 use tsukamu_proto::v1::{Event, WatchEventsRequest};
 
-use crate::connect::{Client, ConnectError};
+use crate::connect::Client;
+use crate::connect_error::ConnectError;
 use crate::subscribe::{Again, WatchError, is_passing, refused};
 
 /// A daemon whose start seems to have moved by more than this is another one, seconds. Above what a status call may
@@ -38,6 +39,8 @@ pub struct EventWatch {
     daemon_start_s: f64,
     /// An event whose gap was reported first.
     held_back: Option<Box<Event>>,
+    /// Whether the next stream is that of a daemon that was started anew.
+    restarted: bool,
     again: Again,
 }
 
@@ -55,6 +58,7 @@ impl EventWatch {
             next_sequence: (from_sequence > 0).then_some(from_sequence),
             daemon_start_s,
             held_back: None,
+            restarted: false,
             again: Again::default(),
         };
         let stream = watch
@@ -124,7 +128,8 @@ impl EventWatch {
                 Err(error) => return Err(error.into()),
             };
             let restarted = (start_s - self.daemon_start_s).abs() > SAME_START_S;
-            if restarted {
+            self.restarted |= restarted;
+            if self.restarted {
                 self.daemon_start_s = start_s;
                 self.next_sequence = Some(1);
             }
@@ -132,11 +137,16 @@ impl EventWatch {
                 Ok(stream) => {
                     self.stream = Some(stream);
                     self.again = Again::default();
+                    let restarted = std::mem::take(&mut self.restarted);
                     return Ok(if restarted {
                         EventUpdate::Restarted
                     } else {
                         EventUpdate::Resumed
                     });
+                }
+                // It has not come as far as we have: it was started anew, too soon for its uptime to show.
+                Err(status) if status.code() == Code::OutOfRange && !self.restarted => {
+                    self.restarted = true
                 }
                 Err(status) if is_passing(&status) && self.again.fail(self.client.retry()) => {}
                 Err(status) => return Err(refused(&status)),

@@ -9,6 +9,8 @@ pub mod clock;
 pub mod clock_sync;
 /// Reaching a daemon: retry, back-off, protocol version.
 pub mod connect;
+/// Why a daemon cannot be reached, in words that say what to do.
+pub mod connect_error;
 /// An event in words.
 pub mod event_text;
 /// Watching events: a stream that resumes where it broke.
@@ -17,6 +19,8 @@ pub mod event_watch;
 pub mod feed;
 /// The names of states, sides and events in files and for people.
 pub mod names;
+/// How often to try again.
+pub mod retry;
 /// Hand samples of the world as wire messages.
 pub mod sample;
 /// Watching frames: a stream that reconnects and keeps a view of the world up to date.

@@ -4,7 +4,9 @@ use tonic::{Code, Status, Streaming};
 use tsukamu_proto::v1::watch_frames_response::Kind;
 use tsukamu_proto::v1::{Frame, GetSceneRequest, Scene, WatchFramesRequest, WatchFramesResponse};
 
-use crate::connect::{Client, ConnectError, RetryPolicy};
+use crate::connect::Client;
+use crate::connect_error::ConnectError;
+use crate::retry::RetryPolicy;
 use crate::view::{FrameFault, FrameFold, WorldView};
 
 /// Which frames are wanted.

@@ -6,7 +6,8 @@ use anyhow::Result;
 use clap::Parser;
 use tokio::signal::unix::{SignalKind, signal};
 use tonic::Status;
-use tsukamu_client::connect::{Client, ConnectOptions, RetryPolicy};
+use tsukamu_client::connect::{Client, ConnectOptions};
+use tsukamu_client::retry::RetryPolicy;
 
 use args::{Args, Command};
 

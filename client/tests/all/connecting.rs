@@ -3,7 +3,9 @@ use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpListener;
 use tonic::transport::Server;
-use tsukamu_client::connect::{Client, ConnectError, ConnectOptions, RetryPolicy};
+use tsukamu_client::connect::{Client, ConnectOptions};
+use tsukamu_client::connect_error::ConnectError;
+use tsukamu_client::retry::RetryPolicy;
 use tsukamu_proto::PROTOCOL_MAJOR;
 
 use crate::fake::{Running, options};

@@ -66,3 +66,14 @@ async fn a_daemon_that_was_started_anew_counts_from_one() {
     running.script().status.uptime_s = 0.5;
     assert_eq!(updates(&mut watch, 3).await, ["restarted", "1", "2"]);
 }
+
+#[tokio::test]
+async fn a_daemon_that_has_not_come_as_far_was_started_anew() {
+    let running = Running::start().await;
+    running.script().events = (1..=5).map(event).collect();
+    running.script().events_per_stream = [5].into();
+    let mut watch = EventWatch::open(&running.client().await, 5).await.unwrap();
+    assert_eq!(updates(&mut watch, 2).await, ["5", "lost"]);
+    running.script().events = (1..=2).map(event).collect();
+    assert_eq!(updates(&mut watch, 3).await, ["restarted", "1", "2"]);
+}

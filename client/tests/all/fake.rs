@@ -10,7 +10,8 @@ use tokio_stream::wrappers::TcpListenerStream;
 use tokio_stream::{Stream, StreamExt};
 use tonic::transport::Server;
 use tonic::{Request, Response, Status, Streaming};
-use tsukamu_client::connect::{Client, ConnectOptions, RetryPolicy};
+use tsukamu_client::connect::{Client, ConnectOptions};
+use tsukamu_client::retry::RetryPolicy;
 use tsukamu_proto::v1::clock_server::{Clock, ClockServer};
 use tsukamu_proto::v1::hands_server::{Hands, HandsServer};
 use tsukamu_proto::v1::watch_frames_response::Kind;
@@ -229,6 +230,12 @@ impl World for Fake {
             .cloned()
             .map(Ok)
             .collect();
+        let next = script.events.last().map_or(1, |event| event.sequence + 1);
+        if from > next {
+            return Err(Status::out_of_range(format!(
+                "event {from} has not happened: the next one is {next}"
+            )));
+        }
         Ok(Response::new(match script.events_per_stream.pop_front() {
             Some(n) => Box::pin(tokio_stream::iter(events.into_iter().take(n))),
             None => Box::pin(tokio_stream::iter(events).chain(tokio_stream::pending())),

@@ -1,4 +1,5 @@
 //! The client against a daemon that follows a script, over a real local socket.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 /// The scripted daemon.
 mod fake;
