@@ -14,6 +14,8 @@ pub mod event_log;
 pub mod convert;
 /// Recordings: written, read, verified, exported.
 pub mod record;
+/// Scenes against hand motion, offline.
+pub mod offline;
 /// What is handed to a recording.
 pub mod recorder_handle;
 /// What the daemon counts about itself.

@@ -1,3 +1,9 @@
-//! Entry point.
+//! `tsukamud`: the daemon and the tools around it.
 
-fn main() {}
+mod commands;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    commands::main()
+}

@@ -7,6 +7,8 @@
 //!
 //! A message's log time is the wall stamp of its step, in nanoseconds since the Unix epoch.
 
+/// Tables for spreadsheets.
+pub mod export;
 /// Reads one from its start, also one that was cut off.
 pub mod reader;
 /// Makes a whole file of one that was cut off.

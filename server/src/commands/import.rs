@@ -1,0 +1,129 @@
+//! `tsukamud import`
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use clap::{Args, ValueEnum};
+use tsukamu_motion::hand_csv;
+use tsukamu_motion::import::adroit::{AdroitOptions, AdroitPoints};
+use tsukamu_motion::import::landmarks21::Landmarks21Options;
+use tsukamu_motion::import::leap::LeapOptions;
+use tsukamu_motion::import::webxr::WebxrOptions;
+use tsukamu_motion::import::{ImportOptions, import as import_text};
+
+use super::Failure;
+use super::output::say;
+
+/// Where the motion comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Set {
+    /// The simulated Adroit hand.
+    Adroit,
+    /// Bare hands seen by a Leap Motion controller.
+    Leap,
+    /// Twenty-one points from a video.
+    Landmarks21,
+    /// A still hand pose of WebXR's joints.
+    Webxr,
+}
+
+/// Arguments of `tsukamud import`.
+#[derive(Debug, Args)]
+pub(super) struct ImportArgs {
+    /// The kind of file.
+    #[arg(long)]
+    from: Set,
+    /// The file.
+    file: PathBuf,
+    /// The hand CSV to write; a file that is there is replaced.
+    #[arg(short, long, value_name = "OUT.csv")]
+    output: PathBuf,
+    /// adroit: take the points that were commanded, not those that were reached.
+    #[arg(long)]
+    commanded: bool,
+    /// leap: least confidence, 0 to 1; rows of less are "not tracked".
+    #[arg(long, value_name = "SHARE")]
+    min_confidence: Option<f64>,
+    /// landmarks21: frames per second of the video, 1 to 1000.
+    #[arg(long, value_name = "HZ")]
+    rate: Option<f64>,
+    /// webxr: how long the hand stays, seconds.
+    #[arg(long, value_name = "S")]
+    duration: Option<f64>,
+}
+
+/// Turns a recorded set's file into a hand CSV.
+pub(super) fn import(args: &ImportArgs) -> Result<(), Failure> {
+    let file = args.file.display();
+    let options = options(args)?;
+    let text = std::fs::read_to_string(&args.file).with_context(|| file.to_string())?;
+    let track = import_text(&text, &options).map_err(|mistakes| {
+        let lines: Vec<String> = mistakes
+            .to_string()
+            .lines()
+            .map(|line| format!("{file}: {line}"))
+            .collect();
+        Failure::Usage(lines.join("\n"))
+    })?;
+    std::fs::write(&args.output, hand_csv::write(&track))
+        .with_context(|| args.output.display().to_string())?;
+    let hands: Vec<String> = track
+        .hands
+        .iter()
+        .map(|hand| format!("{} ({} samples)", hand.side.name(), hand.samples.len()))
+        .collect();
+    let (start, end) = (track.start_s(), track.end_s());
+    say(&format!(
+        "{}: {}, {start:.3} to {end:.3} s",
+        args.output.display(),
+        hands.join(" and ")
+    ))
+}
+
+/// The importer's options; a flag of another set is a mistake.
+fn options(args: &ImportArgs) -> Result<ImportOptions, Failure> {
+    let flags = [
+        ("--commanded", Set::Adroit, args.commanded),
+        ("--min-confidence", Set::Leap, args.min_confidence.is_some()),
+        ("--rate", Set::Landmarks21, args.rate.is_some()),
+        ("--duration", Set::Webxr, args.duration.is_some()),
+    ];
+    if let Some((flag, set, _)) = flags
+        .iter()
+        .find(|(_, set, given)| *given && *set != args.from)
+    {
+        return Err(Failure::Usage(
+            format!("{flag} belongs to --from {set:?}").to_lowercase(),
+        ));
+    }
+    Ok(match args.from {
+        Set::Adroit => {
+            let points = if args.commanded {
+                AdroitPoints::Commanded
+            } else {
+                AdroitPoints::Reached
+            };
+            ImportOptions::Adroit(AdroitOptions { points })
+        }
+        Set::Leap => {
+            let default = LeapOptions::default();
+            let min_confidence = args.min_confidence.unwrap_or(default.min_confidence);
+            ImportOptions::Leap(LeapOptions { min_confidence })
+        }
+        Set::Landmarks21 => {
+            let default = Landmarks21Options::default();
+            ImportOptions::Landmarks21(Landmarks21Options {
+                rate_hz: args.rate.unwrap_or(default.rate_hz),
+                ..default
+            })
+        }
+        Set::Webxr => {
+            let default = WebxrOptions::default();
+            let duration_s = args.duration.unwrap_or(default.duration_s);
+            ImportOptions::Webxr(WebxrOptions {
+                duration_s,
+                ..default
+            })
+        }
+    })
+}

@@ -1,0 +1,95 @@
+//! The command line: one file per command. What they print, they print through [`output`].
+
+mod check;
+mod export;
+mod import;
+mod output;
+mod overrides;
+mod recover;
+mod run;
+mod scenes;
+mod serve;
+mod verify;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Exit code of a mistake in what the user gave: arguments, settings, scenes.
+const USAGE: u8 = 2;
+
+/// Why a command failed.
+#[derive(Debug)]
+enum Failure {
+    /// What the user gave is wrong; every mistake is in the text.
+    Usage(String),
+    /// It could not be done.
+    Failed(anyhow::Error),
+    /// It was done, and its own output says that the answer is no.
+    Negative,
+}
+
+impl<E: Into<anyhow::Error>> From<E> for Failure {
+    fn from(fault: E) -> Self {
+        Self::Failed(fault.into())
+    }
+}
+
+/// The Tsukamu daemon: a virtual hand grasps, moves and throws objects; every move is streamed over gRPC.
+///
+/// Without a command it serves: a built-in scene with a synthetic hand, unless told otherwise.
+#[derive(Debug, Parser)]
+#[command(name = "tsukamud", version, args_conflicts_with_subcommands = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    serve: serve::ServeArgs,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Serve a scene: devices and clients drive hands, clients watch (the default).
+    Serve(serve::ServeArgs),
+    /// Run a scene against hand motion offline, faster than real time.
+    Run(run::RunArgs),
+    /// Check scenes, settings, calibrations, hand CSVs and meshes, and do nothing else.
+    Check(check::CheckArgs),
+    /// List the built-in scenes.
+    Scenes,
+    /// Replay a recording and compare every digest.
+    Verify(verify::VerifyArgs),
+    /// Turn a recording into tables.
+    Export(export::ExportArgs),
+    /// Make a whole recording of one that was cut off.
+    Recover(recover::RecoverArgs),
+    /// Turn recorded hand motion of other projects into a hand CSV.
+    Import(import::ImportArgs),
+}
+
+/// Reads the arguments, carries the command out and says how it ended.
+pub(crate) fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let done = match cli.command.unwrap_or(Command::Serve(cli.serve)) {
+        Command::Serve(args) => serve::serve(&args),
+        Command::Run(args) => run::run(args),
+        Command::Check(args) => check::check(&args),
+        Command::Scenes => scenes::scenes(),
+        Command::Verify(args) => verify::verify(&args),
+        Command::Export(args) => export::export(&args),
+        Command::Recover(args) => recover::recover(&args),
+        Command::Import(args) => import::import(&args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Negative) => ExitCode::FAILURE,
+        Err(Failure::Failed(fault)) => {
+            output::tell(&format!("tsukamud: {fault:#}"));
+            ExitCode::FAILURE
+        }
+        Err(Failure::Usage(text)) => {
+            output::tell(&text);
+            ExitCode::from(USAGE)
+        }
+    }
+}

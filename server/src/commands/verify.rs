@@ -1,0 +1,53 @@
+//! `tsukamud verify`
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use tsukamu_server::record::reader::{self, Ending};
+use tsukamu_server::record::verify::verify as verify_recording;
+
+use super::Failure;
+use super::output::{progress_bar, say, tell};
+
+/// Arguments of `tsukamud verify`.
+#[derive(Debug, Args)]
+pub(super) struct VerifyArgs {
+    /// The recording; one that was cut off is verified up to the cut.
+    file: PathBuf,
+}
+
+/// Replays a recording and compares every digest.
+pub(super) fn verify(args: &VerifyArgs) -> Result<(), Failure> {
+    let recording = reader::open(&args.file)?;
+    let length = std::fs::metadata(&args.file)?.len();
+    let bar = progress_bar(length, "bytes");
+    let start = Instant::now();
+    let found = verify_recording(recording, |n_read| bar.set_position(n_read));
+    let took_s = start.elapsed().as_secs_f64().max(1.0e-9);
+    bar.finish_and_clear();
+    say(&format!(
+        "{} steps in {} epochs, {} digests equal; {:.3} s of world time in {took_s:.3} s, {:.1} times real time",
+        found.ticks,
+        found.epochs,
+        found.digests,
+        found.world_time_s,
+        found.world_time_s / took_s,
+    ))?;
+    if let Some(ending @ (Ending::Cut | Ending::Damaged(_))) = &found.ending {
+        say(&format!("the recording is {ending}"))?;
+    }
+    if found.unchecked_ticks > 0 {
+        say(&format!(
+            "the last {} steps have no digest to compare with",
+            found.unchecked_ticks
+        ))?;
+    }
+    match found.fault {
+        None => say(&format!("{}: verified", args.file.display())),
+        Some(fault) => {
+            tell(&format!("{}: NOT verified: {fault}", args.file.display()));
+            Err(Failure::Negative)
+        }
+    }
+}
