@@ -17,6 +17,9 @@ use super::{json, output, refusal};
 /// Without `--follow`: the log has been read when nothing came for this long.
 const END_OF_LOG: Duration = Duration::from_millis(400);
 
+/// Columns for whom an event is about.
+const WHOM_WIDTH: usize = 28;
+
 pub(crate) async fn events(client: &Client, args: &EventsArgs, as_json: bool) -> Result<()> {
     let from = match (args.from, args.follow) {
         (Some(from), _) => from,
@@ -129,8 +132,8 @@ pub(crate) fn line(event: &Event, names: &SceneNames) -> String {
     format!(
         "{} {} {} {}",
         dim.apply_to(pad_left(&format!("#{}", event.sequence), 6)),
-        pad_left(&format!("{:.3} s", at.world_time_s), 11),
-        pad(&whom(event, names), 24),
+        pad_left(&format!("{:.3} s", at.world_time_s), 10),
+        pad(&whom(event, names), WHOM_WIDTH),
         style(event).apply_to(text)
     )
 }

@@ -12,7 +12,7 @@ const YAW: f64 = 0.45;
 /// Edges that are drawn at most; more would be a blot, and take the time of a redraw.
 const MAX_EDGES: usize = 20_000;
 /// Room around the objects' start, metres.
-const ROOM: f64 = 0.2;
+const ROOM: f64 = 0.1;
 /// How fast the picture closes in again, per redraw.
 const CLOSING: f64 = 0.02;
 /// How much larger than at the start the picture may become.
@@ -21,10 +21,12 @@ const MAX_GROWTH: f64 = 4.0;
 const HAND: [u8; 3] = [235, 200, 170];
 const HOLDING_HAND: [u8; 3] = [140, 230, 140];
 /// Colour of the floor and of a target.
-const FLOOR: [u8; 3] = [90, 90, 90];
+const FLOOR: [u8; 3] = [80, 80, 80];
 const TARGET: [u8; 3] = [220, 90, 200];
 /// Lines of the floor's grid to either side of its middle.
-const GRID: i32 = 4;
+const GRID: i32 = 2;
+/// Between two of them, metres.
+const GRID_STEP: f64 = 0.2;
 
 /// The box in the camera's plane that the picture shows, metres: left, right, lower, upper.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -58,7 +60,10 @@ impl Fit {
                 .filter_map(|target| target.centre)
                 .map(|p| Point3::new(p.x, p.y, p.z)),
         );
-        points.push(floor);
+        let corners = [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]];
+        points.extend(
+            corners.map(|[x, z]| floor + Vector3::new(x, 0.0, z) * GRID_STEP * f64::from(GRID)),
+        );
         let mut start = bounds(points.iter());
         for (side, value) in start.iter_mut().enumerate() {
             *value += if side % 2 == 0 { -ROOM } else { ROOM };
@@ -172,10 +177,9 @@ impl Pen {
 }
 
 fn draw_floor(pen: &mut Pen, floor: Point3<f64>) {
-    let step = 0.1;
-    let reach = step * f64::from(GRID);
+    let reach = GRID_STEP * f64::from(GRID);
     for n in -GRID..=GRID {
-        let offset = step * f64::from(n);
+        let offset = GRID_STEP * f64::from(n);
         let across = Vector3::new(reach, 0.0, offset);
         let along = Vector3::new(offset, 0.0, reach);
         pen.line(

@@ -1,4 +1,4 @@
-use console::style;
+use console::{measure_text_width, style};
 use tsukamu_client::view::WorldView;
 
 use super::super::events;
@@ -8,15 +8,20 @@ use super::model::WatchModel;
 use super::{picture, tables};
 
 /// Columns that the tables need.
-const TABLE_WIDTH: usize = 88;
-/// The picture stands beside the tables where it gets this many columns.
+const TABLE_WIDTH: usize = 80;
+/// Between tables and picture.
+const GAP: usize = 2;
+/// The picture stands beside the tables where it gets this many columns, else under them.
 const PICTURE_MIN_WIDTH: usize = 32;
+/// Larger would only be emptier: 200 by 160 dots.
+const PICTURE_MAX_WIDTH: usize = 100;
+const PICTURE_MAX_HEIGHT: usize = 40;
+/// Fewer lines of picture than this show nothing.
+const PICTURE_MIN_HEIGHT: usize = 9;
 /// Lines of events that are kept free where there is room for more than the objects.
-const EVENT_LINES: usize = 7;
+const EVENT_LINES: usize = 8;
 /// Lines that hands may take.
 const HAND_LINES: usize = 6;
-/// Lines of a picture that stands under the tables.
-const PICTURE_MIN_HEIGHT: usize = 10;
 
 /// The model as lines of a terminal of that size: never more lines, never wider.
 pub(super) fn lines(
@@ -26,7 +31,7 @@ pub(super) fn lines(
     height: usize,
 ) -> Vec<String> {
     let mut lines = vec![title(model, width)];
-    lines.extend(measures(model, now_ns));
+    lines.extend(measures(model, now_ns, width));
     lines.push(String::new());
     let n_left = height.saturating_sub(lines.len());
     match model.view().cloned() {
@@ -43,14 +48,14 @@ pub(super) fn lines(
 fn title(model: &WatchModel, width: usize) -> String {
     let left = match &model.status {
         Some(status) => format!(
-            " 掴む tsukamu   {} · {} · {} {} Hz{}",
+            " tsukamu   {} · {} · {} {} Hz{}",
             printable(&status.scene),
             printable(&status.model),
             printable(&status.mode),
             rate(status.rate_hz),
             if status.paused { " · PAUSED" } else { "" }
         ),
-        None => " 掴む tsukamu".into(),
+        None => " tsukamu".into(),
     };
     let right = match &model.status {
         Some(status) if !status.recording.is_empty() => format!(
@@ -60,33 +65,43 @@ fn title(model: &WatchModel, width: usize) -> String {
         ),
         _ => format!("{} ", model.address),
     };
-    let room = width.saturating_sub(console::measure_text_width(&right));
+    let room = width.saturating_sub(measure_text_width(&right));
     style(format!("{}{right}", pad(&left, room)))
         .reverse()
         .to_string()
 }
 
-/// Two lines: the daemon's steps, and the way of its frames to us.
-fn measures(model: &mut WatchModel, now_ns: u64) -> Vec<String> {
+/// The daemon's steps, and the way of its frames to us.
+fn measures(model: &mut WatchModel, now_ns: u64, width: usize) -> Vec<String> {
     if let Some(reason) = &model.lost {
         let words = format!("connection lost ({}); trying again", printable(reason));
         return vec![style(words).red().bold().to_string(), String::new()];
     }
     let stamp = model.view().map(|view| view.stamp).unwrap_or_default();
-    let mut steps = format!(
-        "world {:.2} s   tick {}   epoch {}",
-        stamp.world_time_s, stamp.tick, stamp.epoch
-    );
+    let mut steps = vec![
+        format!("world {:.2} s", stamp.world_time_s),
+        format!("tick {}", stamp.tick),
+        format!("epoch {}", stamp.epoch),
+    ];
     if let Some(status) = &model.status {
-        steps += &format!(
-            "   {:.1} steps/s   {}   step {} p50 · {} p99   up {}",
-            status.measured_rate_hz,
+        steps.extend([
+            format!("{:.1} steps/s", status.measured_rate_hz),
             count(status.overruns, "overrun"),
-            span(status.step_time_p50_s),
-            span(status.step_time_p99_s),
-            span(status.uptime_s)
-        );
+            format!(
+                "step {} p50 · {} p99",
+                span(status.step_time_p50_s),
+                span(status.step_time_p99_s)
+            ),
+            format!("up {}", span(status.uptime_s)),
+        ]);
     }
+    let mut lines = flow(&steps, width);
+    lines.extend(flow(&way(model, now_ns), width));
+    lines
+}
+
+/// Rate, latency and losses of the frames.
+fn way(model: &mut WatchModel, now_ns: u64) -> Vec<String> {
     let latency = match model.meter.latency_ns(now_ns) {
         Some((median, worst)) => format!("latency {} · {} worst", span_ns(median), span_ns(worst)),
         None => "latency ?".into(),
@@ -105,46 +120,78 @@ fn measures(model: &mut WatchModel, now_ns: u64) -> Vec<String> {
     } else {
         skipped
     };
-    let frames = format!(
-        "{:.1} frames/s   {latency}   jitter {}   {clock}   {skipped}   {}",
-        model.meter.rate_hz(now_ns),
-        span_ns(model.jitter_ns()),
-        style(sparkline(model.meter.history())).cyan()
-    );
-    vec![steps, frames]
+    vec![
+        format!("{:.1} frames/s", model.meter.rate_hz(now_ns)),
+        skipped,
+        latency,
+        style(sparkline(model.meter.history())).cyan().to_string(),
+        format!("jitter {}", span_ns(model.jitter_ns())),
+        clock,
+    ]
+}
+
+/// Words three spaces apart, in as many lines as they need.
+fn flow(words: &[String], width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in words.iter().filter(|word| !word.is_empty()) {
+        match lines.last_mut() {
+            Some(line) if measure_text_width(line) + 3 + measure_text_width(word) <= width => {
+                line.push_str("   ");
+                line.push_str(word);
+            }
+            _ => lines.push(word.clone()),
+        }
+    }
+    lines
 }
 
 fn body(model: &mut WatchModel, view: &WorldView, width: usize, height: usize) -> Vec<String> {
-    let beside = width
-        .checked_sub(TABLE_WIDTH + 2)
-        .filter(|width| *width >= PICTURE_MIN_WIDTH);
     let mut lines = tables::hands(model, view);
     lines.truncate(HAND_LINES);
     lines.push(String::new());
     let n_left = height.saturating_sub(lines.len());
     let n_events = EVENT_LINES.min(n_left / 2);
-    let object_lines = tables::objects(model, view, n_left.saturating_sub(n_events + 1));
-    lines.extend(object_lines);
+    lines.extend(tables::objects(
+        model,
+        view,
+        n_left.saturating_sub(n_events + 1),
+    ));
     lines.push(String::new());
-    // Under the tables, a picture takes what neither objects nor a handful of events need.
     let n_spare = height.saturating_sub(lines.len() + n_events);
-    let below = (beside.is_none() && n_spare > PICTURE_MIN_HEIGHT).then(|| n_spare - 1);
-    if let Some(picture_height) = below {
-        lines.extend(picture::picture(
-            &model.scene,
-            view,
-            &mut model.fit,
-            width.min(100),
-            picture_height,
-        ));
-        lines.push(String::new());
+    match width
+        .checked_sub(TABLE_WIDTH + GAP)
+        .filter(|beside| *beside >= PICTURE_MIN_WIDTH)
+    {
+        Some(beside) => {
+            let size = (
+                beside.min(PICTURE_MAX_WIDTH),
+                (lines.len() + n_spare).min(PICTURE_MAX_HEIGHT),
+            );
+            lines = side_by_side(
+                &lines,
+                &picture::picture(&model.scene, view, &mut model.fit, size.0, size.1),
+            );
+        }
+        // Under the tables, a picture takes what neither objects nor a handful of events need.
+        None if n_spare > PICTURE_MIN_HEIGHT => {
+            let size = (
+                width.min(PICTURE_MAX_WIDTH),
+                (n_spare - 1).min(PICTURE_MAX_HEIGHT),
+            );
+            lines.extend(picture::picture(
+                &model.scene,
+                view,
+                &mut model.fit,
+                size.0,
+                size.1,
+            ));
+            lines.push(String::new());
+        }
+        None => {}
     }
     let n_left = height.saturating_sub(lines.len());
     lines.extend(event_lines(model, n_left));
-    match beside {
-        Some(picture_width) => side_by_side(model, view, lines, (picture_width, height)),
-        None => lines,
-    }
+    lines
 }
 
 fn event_lines(model: &WatchModel, n_lines: usize) -> Vec<String> {
@@ -158,21 +205,18 @@ fn event_lines(model: &WatchModel, n_lines: usize) -> Vec<String> {
     lines
 }
 
-/// The tables on the left, the picture on the right of the upper lines, events across below it.
-fn side_by_side(
-    model: &mut WatchModel,
-    view: &WorldView,
-    left: Vec<String>,
-    (width, height): (usize, usize),
-) -> Vec<String> {
-    let picture = picture::picture(&model.scene, view, &mut model.fit, width, height);
-    let mut lines = Vec::with_capacity(height);
-    for row in 0..height.max(left.len()) {
-        let words = pad(left.get(row).map_or("", String::as_str), TABLE_WIDTH);
-        let drawing = picture.get(row).map_or("", String::as_str);
-        lines.push(format!("{words}  {drawing}"));
-    }
-    lines
+fn side_by_side(left: &[String], right: &[String]) -> Vec<String> {
+    let row = |lines: &[String], row: usize| lines.get(row).cloned().unwrap_or_default();
+    let rows = 0..left.len().max(right.len());
+    rows.map(|n| {
+        format!(
+            "{}{}{}",
+            pad(&row(left, n), TABLE_WIDTH),
+            " ".repeat(GAP),
+            row(right, n)
+        )
+    })
+    .collect()
 }
 
 #[cfg(test)]

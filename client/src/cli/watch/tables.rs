@@ -12,17 +12,16 @@ const INDEX_TIP: usize = 7;
 /// A pinch wider than this has an empty bar, metres.
 const WIDE_PINCH: f64 = 0.12;
 /// Below this an object is shown as still, m/s.
-const STILL: f64 = 0.0005;
+const STILL: f64 = 0.005;
 
 /// The table of hands: a header and a row per hand.
 pub(super) fn hands(model: &WatchModel, view: &WorldView) -> Vec<String> {
     let mut lines = vec![header(&format!(
-        "{} {} {} {} {} {}",
-        pad("HANDS", 6),
-        pad("", 20),
-        pad("TRACKING", 10),
+        "{} {} {} {} {}",
+        pad("HANDS", 25),
+        pad("TRACKING", 9),
         pad("HOLDS", 16),
-        pad("PINCH", 15),
+        pad("PINCH", 13),
         "SAMPLE AGE"
     ))];
     lines.extend(view.hands.iter().map(|hand| hand_row(model, hand)));
@@ -49,9 +48,9 @@ fn hand_row(model: &WatchModel, hand: &HandView) -> String {
     format!(
         "{} {} {} {holds} {} {}",
         pad(names::side(hand.side), 6),
-        pad(&model.names().hand(hand.id), 20),
-        tracking_style(hand.tracking).apply_to(pad(&tracking, 10)),
-        pad(&pinch(hand), 15),
+        pad(&model.names().hand(hand.id), 18),
+        tracking_style(hand.tracking).apply_to(pad(&tracking, 9)),
+        pad(&pinch(hand), 13),
         span(hand.sample_age_s)
     )
 }
@@ -71,7 +70,7 @@ fn pinch(hand: &HandView) -> String {
         return "-".into();
     };
     let distance = (thumb - index).norm();
-    let n_full = ((1.0 - distance / WIDE_PINCH).clamp(0.0, 1.0) * 6.0).round() as usize;
+    let n_full = ((1.0 - distance / WIDE_PINCH).clamp(0.0, 1.0) * 5.0).round() as usize;
     format!(
         "{}{} {:.0} mm",
         "▰".repeat(n_full),
@@ -96,10 +95,10 @@ pub(super) fn objects(model: &WatchModel, view: &WorldView, n_lines: usize) -> V
     let mut lines = vec![header(&format!(
         "{} {} {} {} {}",
         pad("OBJECTS", 20),
-        pad("STATE", 12),
-        pad("       X       Y       Z m", 25),
-        pad_left("SPEED m/s", 10),
-        pad("HOLDER", 16)
+        pad("STATE", 8),
+        pad("      X       Y       Z m", 25),
+        pad_left("m/s", 6),
+        "HOLDER"
     ))];
     let n_rows = n_lines.saturating_sub(1);
     let mut rows: Vec<(&u64, &ObjectView)> = view.objects.iter().collect();
@@ -156,18 +155,18 @@ fn object_row(model: &WatchModel, id: u64, object: &ObjectView) -> String {
     let speed = model
         .speed(id)
         .filter(|speed| *speed >= STILL)
-        .map_or_else(|| "-".into(), |speed| format!("{speed:.3}"));
+        .map_or_else(|| "-".into(), |speed| format!("{speed:.2}"));
     let holder = object
         .holder
         .map_or_else(|| "-".into(), |hand| model.names().hand(hand));
     format!(
-        "{swatch} {} {} {:8.3}{:8.3}{:8.3}  {} {}",
+        "{swatch} {} {} {:7.3} {:7.3} {:7.3}   {} {}",
         pad(&model.names().object(id), 18),
-        state_style(object).apply_to(pad(state, 12)),
+        state_style(object).apply_to(pad(state, 8)),
         p.x,
         p.y,
         p.z,
-        pad_left(&speed, 9),
+        pad_left(&speed, 6),
         pad(&holder, 16)
     )
 }
