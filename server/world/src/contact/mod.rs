@@ -13,7 +13,7 @@ pub mod broad;
 mod point_face;
 mod segment_edge;
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
 use crate::frame::Feature;
 use crate::hand::hand_state::HandState;
@@ -89,10 +89,10 @@ pub fn find(
     touches: &mut Vec<Touch>,
 ) {
     let first = touches.len();
-    let before = path.before.inverse();
-    let now = path.now.inverse();
-    point_face::find(hand, shape, [&before, &now], last, touches);
-    segment_edge::find(hand, shape, [&before, &now], last, scratch, touches);
+    let before = ObjectSpace::of(&path.before);
+    let now = ObjectSpace::of(&path.now);
+    point_face::find(hand, shape, &[before, now], last, touches);
+    segment_edge::find(hand, shape, &[before, now], last, scratch, touches);
     touches[first..].sort_unstable_by_key(Touch::key);
 }
 
@@ -110,11 +110,41 @@ fn known(
         .find(|touch| feature.is_none_or(|wanted| touch.feature == wanted))
 }
 
-/// Whether the box around the given points, grown by `margin`, misses the solid's own box. All in object space.
-fn misses(shape: &Polyhedron, points: &[&Point3<f64>], margin: f64) -> bool {
-    let Aabb { lo: low, hi: high } = shape.aabb();
-    (0..3).any(|axis| {
-        points.iter().all(|p| p[axis] > high[axis] + margin)
-            || points.iter().all(|p| p[axis] < low[axis] - margin)
-    })
+/// The pose `object_from_world` as a matrix and an offset: hundreds of points go through it in a step.
+#[derive(Clone, Copy, Debug)]
+struct ObjectSpace {
+    turn: Matrix3<f64>,
+    offset: Vector3<f64>,
+}
+
+impl ObjectSpace {
+    fn of(world_from_object: &Isometry3<f64>) -> Self {
+        let object_from_world = world_from_object.inverse();
+        let turn = *object_from_world.rotation.to_rotation_matrix().matrix();
+        Self {
+            turn,
+            offset: object_from_world.translation.vector,
+        }
+    }
+
+    #[inline]
+    fn map(&self, world: &Point3<f64>) -> Point3<f64> {
+        Point3::from(self.turn * world.coords + self.offset)
+    }
+}
+
+/// Whether the box around the points, grown by `margin` metres, misses a box.
+#[inline]
+fn misses<const N: usize>(around: &Aabb, points: [&Point3<f64>; N], margin: f64) -> bool {
+    for axis in 0..3 {
+        let (mut low, mut high) = (points[0][axis], points[0][axis]);
+        for point in &points[1..] {
+            low = low.min(point[axis]);
+            high = high.max(point[axis]);
+        }
+        if low > around.hi[axis] + margin || high < around.lo[axis] - margin {
+            return true;
+        }
+    }
+    false
 }

@@ -1,8 +1,8 @@
 //! (A): judgement points on faces.
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::Point3;
 
-use super::{CLING_M, Touch, known, misses};
+use super::{CLING_M, ObjectSpace, Touch, known, misses};
 use crate::frame::Feature;
 use crate::hand::hand_state::HandState;
 use crate::hand::part::JudgementPart;
@@ -16,15 +16,15 @@ use crate::query::point::{signed_distance, sweep_point};
 pub(super) fn find(
     hand: &HandState,
     shape: &Polyhedron,
-    object_from_world: [&Isometry3<f64>; 2],
+    [before_space, now_space]: &[ObjectSpace; 2],
     last: &[Touch],
     touches: &mut Vec<Touch>,
 ) {
     let radius = hand.model.point_radius;
     for (index, now, before) in hand.moving_points() {
-        let from = object_from_world[0] * before;
-        let to = object_from_world[1] * now;
-        if misses(shape, &[&from, &to], radius + CLING_M) {
+        let from = before_space.map(before);
+        let to = now_space.map(now);
+        if misses(shape.aabb(), [&from, &to], radius + CLING_M) {
             continue;
         }
         let part = JudgementPart::Point(index);

@@ -1,8 +1,8 @@
 //! (B): judgement segments on edges.
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::Point3;
 
-use super::{ContactScratch, Touch, known, misses};
+use super::{ContactScratch, ObjectSpace, Touch, known, misses};
 use crate::frame::Feature;
 use crate::hand::hand_state::HandState;
 use crate::hand::part::JudgementPart;
@@ -16,15 +16,16 @@ use crate::state::HandId;
 pub(super) fn find(
     hand: &HandState,
     shape: &Polyhedron,
-    object_from_world: [&Isometry3<f64>; 2],
+    [before_space, now_space]: &[ObjectSpace; 2],
     last: &[Touch],
     scratch: &mut ContactScratch,
     touches: &mut Vec<Touch>,
 ) {
+    let around = shape.aabb();
     for (index, now, before) in hand.moving_segments() {
-        let from = before.map(|p| object_from_world[0] * p);
-        let to = now.map(|p| object_from_world[1] * p);
-        if misses(shape, &[&from[0], &from[1], &to[0], &to[1]], 0.0) {
+        let from = [before_space.map(&before[0]), before_space.map(&before[1])];
+        let to = [now_space.map(&now[0]), now_space.map(&now[1])];
+        if misses(around, [&from[0], &from[1], &to[0], &to[1]], 0.0) {
             continue;
         }
         let part = JudgementPart::Segment(index);
@@ -48,7 +49,9 @@ fn one_segment(
             .cuts
             .iter()
             .all(|cut| known(last, hand, part, Some(Feature::Edge(cut.edge))).is_some());
-    if !all_known {
+    // A segment that stands still against the object, as that of a steady grip, crosses nothing.
+    let moves = from != to;
+    if moves && !all_known {
         sweep_segment(shape, *from, *to, &mut scratch.crossings);
     }
     let touch = |edge: u32, fraction: f64, start: Point3<f64>| Touch {

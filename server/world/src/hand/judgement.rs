@@ -1,6 +1,6 @@
 //! The posed hand: judgement points and segments in world space (Funahashi et al. 1998, §3.1).
 
-use nalgebra::{Isometry3, Point3, UnitQuaternion};
+use nalgebra::{Isometry3, Point3};
 
 use super::joint::{Finger, JointId, N_JOINTS, POINTS_PER_FINGER};
 use super::kinematics::forward;
@@ -185,18 +185,6 @@ fn push_palm(model: &HandModel, axes: &PrismAxes, out: &mut PosedHand) {
             segment_valid.push(valid);
         });
     }
-}
-
-/// The ridges of one finger in any space, given the wrist's orientation in that space: for candidates of the shown hand.
-pub fn finger_ridges(
-    model: &HandModel,
-    wrist: &UnitQuaternion<f64>,
-    finger: Finger,
-    points: &[Point3<f64>; POINTS_PER_FINGER],
-    emit: impl FnMut([Point3<f64>; 2]),
-) {
-    let axes = PrismAxes::new(model.side, wrist, model.prism_sides);
-    axes.finger_ridges(finger, points, &model.skeleton.finger(finger).radii, emit);
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-use nalgebra::{Translation3, Vector3};
+use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::{Strategy, prop, prop_assert, proptest};
 
 use super::*;

@@ -42,16 +42,25 @@ const LINK_MIN: f64 = 1e-9;
 /// Below this share of its length a reference direction counts as along the link.
 const ALONG_LINK: f64 = 1e-6;
 
+/// Cosine and sine of each ridge's angle. Those of four, the 1998 model's, are quarter turns: no angle is computed.
+fn turns(n_ridges: usize) -> [(f64, f64); PRISM_SIDES_MAX as usize] {
+    let mut turns = [(1.0, 0.0); PRISM_SIDES_MAX as usize];
+    if n_ridges == 4 {
+        turns[1..4].copy_from_slice(&[(0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]);
+        return turns;
+    }
+    for (ridge, turn) in turns.iter_mut().enumerate().take(n_ridges) {
+        let angle = std::f64::consts::TAU * ridge as f64 / n_ridges as f64;
+        *turn = (cos(angle), sin(angle));
+    }
+    turns
+}
+
 impl PrismAxes {
     /// The axes of a hand whose wrist stands at `world_from_wrist`, for prisms of `prism_sides` ridges (at most 8).
     pub fn new(side: Side, world_from_wrist: &UnitQuaternion<f64>, prism_sides: u32) -> Self {
         let mirror = if side == Side::Right { 1.0 } else { -1.0 };
         let n_ridges = prism_sides.min(PRISM_SIDES_MAX) as usize;
-        let mut turns = [(1.0, 0.0); PRISM_SIDES_MAX as usize];
-        for (ridge, turn) in turns.iter_mut().enumerate().take(n_ridges) {
-            let angle = std::f64::consts::TAU * ridge as f64 / n_ridges as f64;
-            *turn = (cos(angle), sin(angle));
-        }
         let world = |x, y, z| world_from_wrist * Vector3::new(x, y, z);
         Self {
             side,
@@ -59,7 +68,7 @@ impl PrismAxes {
             palmar: world(0.0, -1.0, 0.0),
             ulnar: world(mirror, 0.0, 0.0),
             thumb_hinge: world(mirror * THUMB_HINGE.0, THUMB_HINGE.1, 0.0),
-            turns,
+            turns: turns(n_ridges),
             n_ridges,
         }
     }

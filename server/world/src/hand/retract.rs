@@ -131,21 +131,19 @@ impl OpeningPath {
     /// The finger at an opening: `tracked` at 0, then along the path; lengths and base are the tracked finger's.
     pub fn finger_at(&self, tracked: &FingerLinks, opening: f64) -> FingerLinks {
         let mut links = *tracked;
+        let past_arc =
+            (opening - ARC_END).clamp(0.0, STRAIGHT_AT - ARC_END) / (STRAIGHT_AT - ARC_END);
+        let past_straight = (opening - STRAIGHT_AT).clamp(0.0, OPENING_MAX - STRAIGHT_AT)
+            / (OPENING_MAX - STRAIGHT_AT);
         for (link, direction) in links.directions.iter_mut().enumerate() {
-            let arc = slerp(
-                &tracked.directions[link],
-                &self.touched[link],
-                opening.clamp(0.0, ARC_END),
-            );
-            let past_arc =
-                (opening - ARC_END).clamp(0.0, STRAIGHT_AT - ARC_END) / (STRAIGHT_AT - ARC_END);
-            let past_straight = (opening - STRAIGHT_AT).clamp(0.0, OPENING_MAX - STRAIGHT_AT)
-                / (OPENING_MAX - STRAIGHT_AT);
-            *direction = slerp(
-                &slerp(&arc, &self.straight, past_arc),
-                &self.lifted,
-                past_straight,
-            );
+            let arc = opening.clamp(0.0, ARC_END);
+            *direction = slerp(&tracked.directions[link], &self.touched[link], arc);
+            if past_arc > 0.0 {
+                *direction = slerp(direction, &self.straight, past_arc);
+            }
+            if past_straight > 0.0 {
+                *direction = slerp(direction, &self.lifted, past_straight);
+            }
         }
         links
     }
@@ -219,15 +217,24 @@ impl Candidate {
     fn is_out(&self) -> bool {
         self.depth <= DEPTH_TOLERANCE
     }
+
+    fn lies_on_surface(&self) -> bool {
+        self.is_out() && self.depth > 0.0
+    }
 }
 
 fn least_opening(last_opening: f64, at: &mut dyn FnMut(f64) -> Candidate) -> Candidate {
+    let last = last_opening.clamp(0.0, OPENING_MAX);
+    let warm = (last > 0.0).then(|| at(last));
+    // A steady grip: the last opening still lies on the surface, so no narrower one is out.
+    if let Some(warm) = warm.filter(Candidate::lies_on_surface) {
+        return warm;
+    }
     let tracked = at(0.0);
     if tracked.is_out() {
         return tracked;
     }
-    let last = last_opening.clamp(0.0, OPENING_MAX);
-    let (inside, out) = bracket(tracked, last, at);
+    let (inside, out) = bracket(tracked, warm, at);
     match out {
         Some(out) => bisect(inside.opening, out, at),
         None => inside,
@@ -237,22 +244,19 @@ fn least_opening(last_opening: f64, at: &mut dyn FnMut(f64) -> Candidate) -> Can
 /// An opening that is inside and a wider one that is out; or the least deep one and none.
 fn bracket(
     tracked: Candidate,
-    last: f64,
+    warm: Option<Candidate>,
     at: &mut dyn FnMut(f64) -> Candidate,
 ) -> (Candidate, Option<Candidate>) {
-    let mut inside = tracked;
-    if last > 0.0 {
-        let warm = at(last);
-        if warm.is_out() {
-            let narrower = (last - WARM_STEP > 0.0).then(|| at(last - WARM_STEP));
-            return match narrower {
-                Some(narrower) if narrower.is_out() => (tracked, Some(narrower)),
-                Some(narrower) => (narrower, Some(warm)),
-                None => (tracked, Some(warm)),
-            };
-        }
-        inside = warm;
+    let last = warm.map_or(0.0, |warm| warm.opening);
+    if let Some(warm) = warm.filter(Candidate::is_out) {
+        let narrower = (last - WARM_STEP > 0.0).then(|| at(last - WARM_STEP));
+        return match narrower {
+            Some(narrower) if narrower.is_out() => (tracked, Some(narrower)),
+            Some(narrower) => (narrower, Some(warm)),
+            None => (tracked, Some(warm)),
+        };
     }
+    let mut inside = warm.unwrap_or(tracked);
     let mut least_deep = if inside.depth <= tracked.depth {
         inside
     } else {
@@ -279,8 +283,7 @@ fn bracket(
 /// Narrows the bracket; what it returns is always out.
 fn bisect(mut inside: f64, mut out: Candidate, at: &mut dyn FnMut(f64) -> Candidate) -> Candidate {
     for _ in 0..N_BISECTIONS {
-        let on_surface = out.depth > 0.0;
-        if on_surface || out.opening - inside <= OPENING_RESOLUTION {
+        if out.lies_on_surface() || out.opening - inside <= OPENING_RESOLUTION {
             break;
         }
         let middle = at(0.5 * (inside + out.opening));

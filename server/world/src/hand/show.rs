@@ -4,19 +4,68 @@ use nalgebra::{Isometry3, Point3};
 
 use super::hand_state::HandState;
 use super::joint::{Finger, JointId, N_FINGERS, POINTS_PER_FINGER};
-use super::judgement::finger_ridges;
+use super::prism::PrismAxes;
 use super::retract::{FingerLinks, OpeningPath, retract_finger};
+use super::skeleton::HandModel;
 use crate::polyhedron::Polyhedron;
-use crate::query::point::signed_distance;
+use crate::query::point::{is_deeper, signed_distance};
 use crate::query::segment_depth::max_depth_on_segment;
 
-/// Something that a hand holds.
+/// Something that a hand holds, as seen from its wrist.
 #[derive(Clone, Copy, Debug)]
 pub struct Held<'a> {
-    /// Its solid.
-    pub shape: &'a Polyhedron,
-    /// `world_from_object`.
-    pub pose: Isometry3<f64>,
+    shape: &'a Polyhedron,
+    object_from_wrist: Isometry3<f64>,
+    axes: PrismAxes,
+}
+
+impl<'a> Held<'a> {
+    /// An object of that shape and pose (`world_from_object`), held by that hand.
+    pub fn new(hand: &HandState, shape: &'a Polyhedron, pose: &Isometry3<f64>) -> Self {
+        let object_from_wrist = pose.inv_mul(hand.wrist());
+        let axes = PrismAxes::new(
+            hand.model.side,
+            &object_from_wrist.rotation,
+            hand.model.prism_sides,
+        );
+        Self {
+            shape,
+            object_from_wrist,
+            axes,
+        }
+    }
+
+    /// How deep a finger with these joints (wrist space) is inside: points and ridges, metres.
+    fn depth(
+        &self,
+        model: &HandModel,
+        finger: Finger,
+        points: &[Point3<f64>; POINTS_PER_FINGER],
+    ) -> f64 {
+        let radii = &model.skeleton.finger(finger).radii;
+        let points = points.map(|p| self.object_from_wrist * p);
+        let reach = self.shape.bounding_radius();
+        if points
+            .windows(2)
+            .all(|ends| is_far(&ends[0], &ends[1], reach + radii[0]))
+        {
+            return f64::NEG_INFINITY;
+        }
+        let mut deepest = f64::NEG_INFINITY;
+        for point in &points {
+            // Its own distance is asked for only where it can be the deepest.
+            if model.point_radius > 0.0 || is_deeper(self.shape, point, deepest.max(0.0)) {
+                let depth = model.point_radius - signed_distance(self.shape, point).distance;
+                deepest = deepest.max(depth);
+            }
+        }
+        self.axes.finger_ridges(finger, &points, radii, |[a, b]| {
+            if !is_far(&a, &b, reach) {
+                deepest = deepest.max(max_depth_on_segment(self.shape, &a, &b));
+            }
+        });
+        deepest
+    }
 }
 
 /// Sets the shown joints of a hand. `touching` tells which fingers touch anything, `held` what the hand holds.
@@ -36,12 +85,12 @@ pub fn show(hand: &mut HandState, touching: [bool; N_FINGERS], held: &[Option<He
         let Some(tracked) = hand.links(finger) else {
             continue;
         };
-        let touched = hand
-            .links_before(finger)
-            .map_or(tracked.directions, |links| links.directions);
-        let path = *hand.openings[finger.index()]
-            .path
-            .get_or_insert_with(|| OpeningPath::new(&hand.model, finger, touched));
+        let known = hand.openings[finger.index()].path;
+        let path = known.unwrap_or_else(|| {
+            let before = hand.links_before(finger).unwrap_or(tracked);
+            OpeningPath::new(&hand.model, finger, before.directions)
+        });
+        hand.openings[finger.index()].path = Some(path);
         if held.iter().any(Option::is_some) {
             open(hand, finger, &tracked, &path, held);
         }
@@ -59,10 +108,11 @@ fn open(
     let last = hand.openings[finger.index()].opening;
     let model = &hand.model;
     let mut depth = |points: &[Point3<f64>; POINTS_PER_FINGER]| {
-        held.iter()
+        let depths = held
+            .iter()
             .flatten()
-            .map(|held| depth_in(model, &wrist, finger, points, held))
-            .fold(f64::NEG_INFINITY, f64::max)
+            .map(|held| held.depth(model, finger, points));
+        depths.fold(f64::NEG_INFINITY, f64::max)
     };
     let found = retract_finger(tracked, path, last, &mut depth);
     hand.openings[finger.index()].opening = found.opening;
@@ -72,41 +122,6 @@ fn open(
             *shown = wrist * point;
         }
     }
-}
-
-/// How deep a finger with these joints (wrist space) is inside the object: points and ridges, metres.
-fn depth_in(
-    model: &super::skeleton::HandModel,
-    world_from_wrist: &Isometry3<f64>,
-    finger: Finger,
-    points: &[Point3<f64>; POINTS_PER_FINGER],
-    held: &Held<'_>,
-) -> f64 {
-    let object_from_wrist = held.pose.inv_mul(world_from_wrist);
-    let points = points.map(|p| object_from_wrist * p);
-    let reach = held.shape.bounding_radius() + model.skeleton.finger(finger).radii[0];
-    if points
-        .windows(2)
-        .all(|ends| is_far(&ends[0], &ends[1], reach))
-    {
-        return f64::NEG_INFINITY;
-    }
-    let inside = points
-        .iter()
-        .map(|p| model.point_radius - signed_distance(held.shape, p).distance);
-    let mut deepest = inside.fold(f64::NEG_INFINITY, f64::max);
-    finger_ridges(
-        model,
-        &object_from_wrist.rotation,
-        finger,
-        &points,
-        |[a, b]| {
-            if !is_far(&a, &b, held.shape.bounding_radius()) {
-                deepest = deepest.max(max_depth_on_segment(held.shape, &a, &b));
-            }
-        },
-    );
-    deepest
 }
 
 /// Whether the segment stays farther than `reach` from the origin.

@@ -55,10 +55,7 @@ pub(crate) fn show(stage: &mut Stage<'_>) {
                 touches = true;
             }
             if touches && body.contact == ContactState::Grasped && n_held < held.len() {
-                held[n_held] = Some(Held {
-                    shape: &body.spec.shape,
-                    pose: body.pose,
-                });
+                held[n_held] = Some(Held::new(hand, &body.spec.shape, &body.pose));
                 n_held += 1;
             }
         }
