@@ -129,6 +129,11 @@ impl FeedSender {
         self.queue.send(sample).is_ok()
     }
 
+    /// Whether the lane still takes samples.
+    pub fn is_open(&self) -> bool {
+        self.queue.receiver_count() > 0
+    }
+
     /// Samples that gave way to newer ones because the network was slow.
     pub fn n_dropped(&self) -> u64 {
         self.n_dropped.load(Ordering::Relaxed)

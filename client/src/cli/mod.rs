@@ -23,6 +23,8 @@ mod events;
 mod format;
 /// Values as JSON.
 mod json;
+/// Motion of hands from files and plans.
+mod motion;
 /// The only place that writes to the terminal.
 mod output;
 /// `record` and `play`.

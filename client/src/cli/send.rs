@@ -11,18 +11,16 @@ use tsukamu_client::connect::Client;
 use tsukamu_client::feed::{
     FeedAnswer, FeedAnswers, FeedOptions, FeedSender, HandFeed, PlayProgress, play,
 };
-use tsukamu_motion::hand_csv;
-use tsukamu_motion::track::{HandTrack, TrackHand};
+use tsukamu_motion::track::TrackHand;
 use tsukamu_proto::v1::{self, GetSceneRequest};
 use tsukamu_world::hand::joint::Side;
 
 use super::args::{SendArgs, SideArg};
 use super::format::{count, span};
+use super::motion::Motion;
 use super::scene_names::SceneNames;
 use super::{output, refusal};
 
-/// How a source names a built-in hand.
-const SYNTHETIC: &str = "synthetic:";
 /// Between two drawings of the progress line.
 const REDRAW: Duration = Duration::from_millis(100);
 
@@ -36,13 +34,17 @@ struct LaneState {
 }
 
 pub(crate) async fn send(client: &Client, args: &SendArgs, as_json: bool) -> Result<()> {
-    let track = track(&args.source)?;
-    let hands = wanted_hands(track, args.side)?;
+    let wanted = args.side.map(|side| match side {
+        SideArg::Left => Side::Left,
+        SideArg::Right => Side::Right,
+    });
+    let motion = Motion::new(&args.source, wanted);
+    let hands = motion.hands(client).await?;
     let names = scene_names(client).await?;
     let mut lanes = JoinSet::new();
     let mut states = Vec::new();
     for hand in hands {
-        let feed = HandFeed::open(client, options(args, &hand)).await?;
+        let feed = HandFeed::open(client, options(args, &motion, &hand)).await?;
         output::note(&format!(
             "driving hand {} ({}) with {}, {} of motion",
             feed.hand,
@@ -57,7 +59,12 @@ pub(crate) async fn send(client: &Client, args: &SendArgs, as_json: bool) -> Res
         };
         let (sender, receiver) = watch::channel(state);
         states.push(receiver);
-        lanes.spawn(drive(feed, hand, args.repeat, client.clone(), sender));
+        let round = Round {
+            hand,
+            motion: motion.clone(),
+            repeat: args.repeat,
+        };
+        lanes.spawn(drive(feed, round, client.clone(), sender));
     }
     let mut redraw = tokio::time::interval(REDRAW);
     redraw.set_missed_tick_behavior(MissedTickBehavior::Skip);
@@ -75,11 +82,17 @@ pub(crate) async fn send(client: &Client, args: &SendArgs, as_json: bool) -> Res
     Ok(())
 }
 
+/// What one lane plays.
+struct Round {
+    hand: TrackHand,
+    motion: Motion,
+    repeat: bool,
+}
+
 /// Plays one hand and takes its answers until the motion ends or the daemon closes the lane.
 async fn drive(
     feed: HandFeed,
-    hand: TrackHand,
-    repeat: bool,
+    round: Round,
     client: Client,
     state: watch::Sender<LaneState>,
 ) -> Result<()> {
@@ -88,37 +101,64 @@ async fn drive(
         mut answers,
         ..
     } = feed;
-    let n_dropped = samples.clone();
-    let played = {
-        let mut note = |played| state.send_modify(|state| state.played = played);
-        tokio::select! {
-            played = play_all(&hand, repeat, samples, &client, &mut note) => played,
-            closed = take_answers(&mut answers, &state) => {
-                closed?;
-                bail!("the daemon has closed the lane of the {} hand", hand.side.name());
-            }
+    let side = round.hand.side;
+    tokio::select! {
+        played = play_rounds(round, &samples, &client, &state) => played?,
+        closed = take_answers(&mut answers, &state) => {
+            closed?;
+            bail!("the daemon has closed the lane of the {} hand", side.name());
         }
-    };
-    state.send_modify(|state| {
-        state.played = PlayProgress {
-            n_skipped: played.n_skipped + n_dropped.n_dropped(),
-            ..played
-        };
-    });
+    }
+    state.send_modify(|state| state.played.n_skipped += samples.n_dropped());
     Ok(())
 }
 
-async fn play_all(
-    hand: &TrackHand,
-    repeat: bool,
-    samples: FeedSender,
+/// A file begins again as it is; a plan is made anew for each round, because its objects have moved.
+async fn play_rounds(
+    round: Round,
+    samples: &FeedSender,
     client: &Client,
-    note: &mut (dyn FnMut(PlayProgress) + Send),
-) -> PlayProgress {
-    let played = play(hand, repeat, &samples, client.clock(), note).await;
-    // The last samples are still on their way: a lane that closes now would take them along.
-    tokio::time::sleep(REDRAW).await;
-    played
+    state: &watch::Sender<LaneState>,
+) -> Result<()> {
+    let Round {
+        mut hand,
+        motion,
+        repeat,
+    } = round;
+    let mut before = PlayProgress::default();
+    loop {
+        let mut note = |played| state.send_modify(|state| state.played = sum(before, played));
+        let played = play(
+            &hand,
+            repeat && !motion.is_planned(),
+            samples,
+            client.clock(),
+            &mut note,
+        )
+        .await;
+        note(played);
+        before = sum(before, played);
+        if !repeat || !samples.is_open() {
+            // The last samples are still on their way: a lane that closes now would take them along.
+            tokio::time::sleep(REDRAW).await;
+            return Ok(());
+        }
+        let side = hand.side;
+        let mut planned = motion.hands(client).await?;
+        planned.retain(|hand| hand.side == side);
+        hand = planned
+            .pop()
+            .context("the new plan is for the other hand")?;
+    }
+}
+
+fn sum(before: PlayProgress, now: PlayProgress) -> PlayProgress {
+    PlayProgress {
+        n_rounds: before.n_rounds + now.n_rounds,
+        into_s: now.into_s,
+        n_sent: before.n_sent + now.n_sent,
+        n_skipped: before.n_skipped + now.n_skipped,
+    }
 }
 
 async fn take_answers(answers: &mut FeedAnswers, state: &watch::Sender<LaneState>) -> Result<()> {
@@ -253,50 +293,26 @@ impl Progress {
     }
 }
 
-fn track(source: &str) -> Result<HandTrack> {
-    if let Some(name) = source.strip_prefix(SYNTHETIC) {
-        bail!("`{name}` is no built-in hand");
-    }
-    let text = std::fs::read_to_string(source).with_context(|| format!("cannot read {source}"))?;
-    hand_csv::read(&text).with_context(|| format!("{source} is no hand CSV"))
-}
-
-fn wanted_hands(track: HandTrack, side: Option<SideArg>) -> Result<Vec<TrackHand>> {
-    let wanted = side.map(|side| match side {
-        SideArg::Left => Side::Left,
-        SideArg::Right => Side::Right,
-    });
-    let hands: Vec<_> = track
-        .hands
-        .into_iter()
-        .filter(|hand| wanted.is_none_or(|side| side == hand.side))
-        .collect();
-    if hands.is_empty() {
-        bail!(
-            "the motion has no {} hand",
-            wanted.map_or("tracked", Side::name)
-        );
-    }
-    Ok(hands)
-}
-
-fn options(args: &SendArgs, hand: &TrackHand) -> FeedOptions {
-    let from_source = || {
-        let stem = Path::new(&args.source)
+/// The hand's name: the one given, the built-in hand's, or the file's without folder and ending.
+fn options(args: &SendArgs, motion: &Motion, hand: &TrackHand) -> FeedOptions {
+    let stem = || {
+        Path::new(&args.source)
             .file_stem()
-            .map(|stem| stem.to_string_lossy().into_owned());
-        if args.source.starts_with(SYNTHETIC) {
-            args.source.clone()
-        } else {
-            stem.unwrap_or_else(|| "tsukamu".into())
-        }
+            .map(|stem| stem.to_string_lossy().into_owned())
     };
+    let planned = motion.is_planned().then(|| args.source.clone());
+    let name = args
+        .name
+        .clone()
+        .or(planned)
+        .or_else(stem)
+        .unwrap_or_else(|| "tsukamu".into());
     let side = match hand.side {
         Side::Left => v1::Side::Left,
         Side::Right => v1::Side::Right,
     };
     FeedOptions {
-        name: args.name.clone().unwrap_or_else(from_source),
+        name,
         side,
         model: None,
         filter: None,

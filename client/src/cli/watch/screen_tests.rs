@@ -94,7 +94,7 @@ fn the_screen_fits_every_terminal() {
             );
             for line in &lines {
                 assert!(
-                    console::measure_text_width(line) <= width,
+                    measure_text_width(line) <= width,
                     "{width}x{height}: {line}"
                 );
             }
