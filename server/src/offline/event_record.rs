@@ -48,23 +48,10 @@ pub fn events_of_step(world: &World, names: &NameBook) -> Vec<EventRecord> {
 
 /// The reason and the numbers of an event.
 fn explain(event: &Event, world: &World, names: &NameBook) -> (&'static str, Map<String, Value>) {
-    let part = |part| names.part(world, event.hand, part);
     let (reason, details) = match &event.kind {
-        EventKind::ContactBegan {
-            part: touching,
-            feature: touched,
-            point,
-        } => (
-            how(*touched),
-            json!({ "part": part(*touching), "feature": feature(*touched), "point": place(point) }),
-        ),
-        EventKind::ContactEnded {
-            part: touching,
-            feature: touched,
-        } => (
-            how(*touched),
-            json!({ "part": part(*touching), "feature": feature(*touched) }),
-        ),
+        EventKind::ContactBegan { .. } | EventKind::ContactEnded { .. } => {
+            explain_contact(event, world, names)
+        }
         EventKind::Pushed { n_contacts } => {
             let reason = if *n_contacts == 1 {
                 "one_contact"
@@ -74,10 +61,9 @@ fn explain(event: &Event, world: &World, names: &NameBook) -> (&'static str, Map
             (reason, json!({ "n_contacts": n_contacts }))
         }
         EventKind::Grasped { normals, angle } => {
-            let normals: Vec<Value> = normals
-                .iter()
-                .map(|normal| grasp_normal(normal, world, names))
-                .collect();
+            let normals = normals
+                .each_ref()
+                .map(|normal| grasp_normal(normal, world, names));
             (
                 "angle_reached",
                 json!({ "angle_rad": angle, "normals": normals }),
@@ -86,14 +72,7 @@ fn explain(event: &Event, world: &World, names: &NameBook) -> (&'static str, Map
         EventKind::Released { reason } => (reason.name(), released(*reason)),
         EventKind::Thrown { velocity } => ("let_go_moving", moving(velocity)),
         EventKind::Landed { velocity } => ("floor", moving(velocity)),
-        EventKind::Toppled { case } => {
-            let reason = match case {
-                1 => "one_vertex",
-                2 => "two_vertices",
-                _ => "three_or_more_vertices",
-            };
-            (reason, json!({ "case": case }))
-        }
+        EventKind::Toppled { case } => (toppled(*case), json!({ "case": case })),
         EventKind::Rested { on: Support::Floor } => ("floor", json!({})),
         EventKind::Rested {
             on: Support::Object(id),
@@ -120,6 +99,36 @@ fn explain(event: &Event, world: &World, names: &NameBook) -> (&'static str, Map
         return (reason, Map::new());
     };
     (reason, details)
+}
+
+fn explain_contact(event: &Event, world: &World, names: &NameBook) -> (&'static str, Value) {
+    let part = |part| names.part(world, event.hand, part);
+    match &event.kind {
+        EventKind::ContactBegan {
+            part: touching,
+            feature: touched,
+            point,
+        } => (
+            how(*touched),
+            json!({ "part": part(*touching), "feature": feature(*touched), "point": place(point) }),
+        ),
+        EventKind::ContactEnded {
+            part: touching,
+            feature: touched,
+        } => (
+            how(*touched),
+            json!({ "part": part(*touching), "feature": feature(*touched) }),
+        ),
+        _ => ("contact", json!({})),
+    }
+}
+
+const fn toppled(case: u8) -> &'static str {
+    match case {
+        1 => "one_vertex",
+        2 => "two_vertices",
+        _ => "three_or_more_vertices",
+    }
 }
 
 const fn how(touched: Feature) -> &'static str {

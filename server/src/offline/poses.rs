@@ -77,9 +77,10 @@ impl<W: Write> PoseTable<W> {
         Ok(self.rows.flush()?)
     }
 
-    fn number(&mut self, number: impl std::fmt::Display) -> csv::Result<()> {
+    fn number(&mut self, number: impl std::fmt::Debug) -> csv::Result<()> {
         self.cell.clear();
-        write!(self.cell, "{number}").expect("a String takes all that is written to it");
+        // Debug is the shortest text that reads back, with an exponent where Display would write twenty zeros.
+        write!(self.cell, "{number:?}").expect("a String takes all that is written to it");
         self.rows.write_field(&self.cell)
     }
 }

@@ -174,7 +174,7 @@ impl Tables {
             return Ok(());
         }
         let frame = world.frame();
-        let mut row = vec![frame.time_s.to_string(), hand.side.name().to_owned()];
+        let mut row = vec![text(frame.time_s), hand.side.name().to_owned()];
         let is_seen = hand.tracking == Tracking::Tracked;
         let wrist = hand
             .wrist
@@ -185,7 +185,7 @@ impl Tables {
         // A hand that was not seen in this tick is no sample when the file is run again.
         row.extend(wrist.map(|number| {
             if is_seen {
-                number.to_string()
+                text(*number)
             } else {
                 String::new()
             }
@@ -221,7 +221,7 @@ impl Tables {
         self.events.write_record([
             epoch.to_string(),
             event.tick.to_string(),
-            event.time_s.to_string(),
+            text(event.time_s),
             event.object.unwrap_or_default(),
             event.hand.unwrap_or_default(),
             event.kind.to_owned(),
@@ -234,7 +234,7 @@ impl Tables {
         let start = [
             message.epoch.to_string(),
             message.tick.to_string(),
-            time_s.to_string(),
+            text(time_s),
         ];
         let n_numbers = WRIST.len() + 3 * JOINT_NAMES.len() + N_ANGLES;
         for command in &message.commands {
@@ -271,11 +271,14 @@ fn joint_columns(before: &str) -> Vec<String> {
         .collect()
 }
 
+/// The shortest text that reads back as the same number.
+fn text(number: f64) -> String {
+    format!("{number:?}")
+}
+
 /// Three cells, empty without a point.
 fn cells(point: Option<[f64; 3]>) -> [String; 3] {
-    point.map_or_else(Default::default, |point| {
-        point.map(|number| number.to_string())
-    })
+    point.map_or_else(Default::default, |point| point.map(text))
 }
 
 /// Wrist, joints and angles of a sample; empty cells for what it does not have.
@@ -292,7 +295,7 @@ fn sample_cells(sample: Option<&v1::HandSample>) -> Vec<String> {
             if number.is_nan() {
                 String::new()
             } else {
-                number.to_string()
+                text(*number)
             }
         });
         known

@@ -96,6 +96,7 @@ impl<R: Read> RecordingReader<R> {
         let options = LinearReaderOptions::default()
             .with_skip_end_magic(true)
             .with_prevalidate_chunk_crcs(true)
+            .with_validate_data_section_crc(true)
             .with_record_length_limit(RECORD_BYTES_MAX);
         let n_read = Arc::new(AtomicU64::new(0));
         let source = Counted {
@@ -121,9 +122,10 @@ impl<R: Read> RecordingReader<R> {
     }
 
     fn end(&mut self, fault: Option<McapError>) {
-        self.ending.get_or_insert(match fault {
+        self.ending = Some(match fault {
             None if self.has_end => Ending::Complete,
-            None | Some(McapError::UnexpectedEof) => Ending::Cut,
+            None => Ending::Cut,
+            Some(McapError::UnexpectedEof) if !self.has_end => Ending::Cut,
             Some(fault) => Ending::Damaged(fault.to_string()),
         });
     }
