@@ -15,8 +15,8 @@ const MAX_EDGES: usize = 20_000;
 const ROOM: f64 = 0.1;
 /// How fast the picture closes in again, per redraw.
 const CLOSING: f64 = 0.02;
-/// How much larger than at the start the picture may become.
-const MAX_GROWTH: f64 = 4.0;
+/// How far to each side the picture may grow, in sizes of its start.
+const MAX_GROWTH: f64 = 1.5;
 /// Colour of a hand, and of one that holds.
 const HAND: [u8; 3] = [235, 200, 170];
 const HOLDING_HAND: [u8; 3] = [140, 230, 140];
