@@ -11,5 +11,7 @@ pub mod import;
 pub mod mistake;
 mod rows;
 mod table;
+/// Hands that are computed: the paper's operations by name.
+pub mod synthetic;
 /// Hand samples over time, and what lies between them.
 pub mod track;

@@ -267,7 +267,8 @@ pub fn slerp(
     UnitQuaternion::new_normalize(Quaternion::from(a * near + b * far))
 }
 
-fn angles_between(a: &JointAngles, b: &JointAngles, share: f64) -> JointAngles {
+/// The angles a share of the way from one posture to another.
+pub(crate) fn angles_between(a: &JointAngles, b: &JointAngles, share: f64) -> JointAngles {
     let mix = |x: f64, y: f64| x + (y - x) * share;
     let (s, t) = (&a.thumb, &b.thumb);
     JointAngles {
