@@ -11,6 +11,10 @@ use crate::query::segment::segment_cuts;
 use crate::query::segment_sweep::sweep_segment;
 use crate::state::HandId;
 
+/// A segment whose ends move by no more than this against an object stands still, in metres: the rounding of a hand
+/// that carries what it holds.
+const STILL_M: f64 = 1.0e-12;
+
 /// Appends a contact for each judgement segment and edge where the segment passes through the solid cutting the two
 /// faces that share the edge, or crosses the edge inward on its way over the step (model §4).
 pub(super) fn find(
@@ -50,7 +54,10 @@ fn one_segment(
             .iter()
             .all(|cut| known(last, hand, part, Some(Feature::Edge(cut.edge))).is_some());
     // A segment that stands still against the object, as that of a steady grip, crosses nothing.
-    let moves = from != to;
+    let moves = from
+        .iter()
+        .zip(to)
+        .any(|(a, b)| (b - a).norm_squared() > STILL_M * STILL_M);
     if moves && !all_known {
         sweep_segment(shape, *from, *to, &mut scratch.crossings);
     }

@@ -123,16 +123,22 @@ impl HandState {
             .map(|(index, ((now, before), _))| (index, now, before))
     }
 
-    /// The box around everything that the hand sweeps in this step, world space, metres.
+    /// A box around everything that the hand sweeps in this step, world space, metres: around its points, grown by
+    /// the radius of its thickest part.
     pub fn swept(&self) -> Aabb {
-        let reach = self.model.point_radius;
-        let points = self
-            .moving_points()
-            .flat_map(|(_, now, before)| [*now, *before]);
-        let segments = self
-            .moving_segments()
-            .flat_map(|(_, now, before)| [now[0], now[1], before[0], before[1]]);
-        Aabb::of(points.chain(segments)).grown(reach)
+        let radii = self
+            .model
+            .skeleton
+            .fingers
+            .iter()
+            .flat_map(|bones| bones.radii);
+        let reach = radii.fold(self.model.point_radius, f64::max);
+        let mut around = Aabb::of([]);
+        for (_, now, before) in self.moving_points() {
+            around.lo = around.lo.inf(now).inf(before);
+            around.hi = around.hi.sup(now).sup(before);
+        }
+        around.grown(reach)
     }
 
     /// The links of a finger in the wrist's space, as they stood at the step before.
