@@ -6,6 +6,22 @@ pub mod settings;
 pub mod scene_file;
 /// TOML texts that people write, read with all their mistakes.
 pub mod document;
+/// Builds the parts, starts them, waits, drains.
+pub mod daemon;
+/// The clock of the world: the thread that owns it.
+pub mod ticker;
+/// Where hands come from.
+pub mod input;
+/// The daemon at a glance.
+pub mod status;
+/// The one port.
+pub mod front;
+/// The gRPC services.
+pub mod service;
+/// From a loaded scene to what an epoch begins with.
+pub mod plan;
+/// The folder of recordings.
+pub mod recording_desk;
 /// The frame lane: encoded once, newest wins.
 pub mod broadcast;
 /// The event lane: bounded, numbered, resumable.

@@ -5,6 +5,11 @@ use tonic::Status;
 use tsukamu_world::hand::skeleton::HandModelFault;
 use tsukamu_world::polyhedron::fault::ShapeFault;
 
+use crate::document::mistake::Mistakes;
+use crate::plan::PlanFault;
+use crate::recording_desk::DeskFault;
+use crate::ticker::request::Refusal;
+
 /// What is wrong with a message.
 #[derive(Debug, Error, PartialEq)]
 pub enum Fault {
@@ -62,5 +67,50 @@ pub enum Fault {
 impl From<Fault> for Status {
     fn from(fault: Fault) -> Self {
         Self::invalid_argument(fault.to_string())
+    }
+}
+
+impl From<Refusal> for Status {
+    fn from(refusal: Refusal) -> Self {
+        let text = refusal.to_string();
+        match refusal {
+            Refusal::Stopping => Self::unavailable(text),
+            Refusal::Busy => Self::resource_exhausted(text),
+            Refusal::NotLockstep
+            | Refusal::NotRealtime
+            | Refusal::Playing
+            | Refusal::Recording(_)
+            | Refusal::NotRecording => Self::failed_precondition(text),
+            Refusal::Steps(_) | Refusal::Object(_) => Self::invalid_argument(text),
+            Refusal::NoObject(_) => Self::not_found(text),
+            Refusal::NewEpoch => Self::aborted(text),
+        }
+    }
+}
+
+impl From<Mistakes> for Status {
+    fn from(mistakes: Mistakes) -> Self {
+        Self::invalid_argument(mistakes.to_string())
+    }
+}
+
+impl From<PlanFault> for Status {
+    fn from(fault: PlanFault) -> Self {
+        Self::invalid_argument(fault.to_string())
+    }
+}
+
+impl From<DeskFault> for Status {
+    fn from(fault: DeskFault) -> Self {
+        let text = fault.to_string();
+        match fault {
+            DeskFault::Refused(refusal) => refusal.into(),
+            DeskFault::Name(_) => Self::invalid_argument(text),
+            DeskFault::Absent(_) => Self::not_found(text),
+            DeskFault::NoScene | DeskFault::Scene(_) | DeskFault::World(_) => Self::data_loss(text),
+            DeskFault::Folder { .. } | DeskFault::Record(_) | DeskFault::Thread(_) => {
+                Self::internal(text)
+            }
+        }
     }
 }

@@ -3,11 +3,15 @@
 use nalgebra::{Point3, UnitQuaternion};
 use tsukamu_proto::v1;
 use tsukamu_world::hand::joint::{LINKS_PER_FINGER, N_FINGERS, N_JOINTS};
+use tsukamu_world::hand::part::PartLayout;
 use tsukamu_world::hand::sample::{FingerAngles, FingerPose, HandSample, JointAngles, ThumbAngles};
 use tsukamu_world::hand::skeleton::{FingerBones, HandModel, Skeleton};
+use tsukamu_world::step::HandTouch;
 
-use super::basic::{pose, pose_from, rotation_from, side, side_from};
+use super::basic::{plus_one, point, pose, pose_from, rotation_from, side, side_from, vec3};
 use super::fault::Fault;
+use crate::input::filter::{DERIVATIVE_CUTOFF_HZ, OneEuro};
+use crate::input::intake::DriveNow;
 
 /// Joint angles of a hand: 4 of the thumb, 4 of each other finger, and the palm's arch.
 const N_ANGLES: usize = 21;
@@ -193,4 +197,61 @@ fn angles_from(numbers: &[f64]) -> Result<JointAngles, Fault> {
         fingers: std::array::from_fn(finger),
         palm_arch: numbers[20],
     })
+}
+
+/// A client's filter settings, checked; `None` is off.
+///
+/// # Errors
+/// When a number is out of bounds.
+pub fn one_euro_from(message: Option<&v1::OneEuro>) -> Result<Option<OneEuro>, Fault> {
+    let Some(message) = message else {
+        return Ok(None);
+    };
+    let derivative_cutoff_hz = match message.derivative_cutoff_hz {
+        0.0 => DERIVATIVE_CUTOFF_HZ,
+        cutoff => cutoff,
+    };
+    let filter = OneEuro {
+        min_cutoff_hz: message.min_cutoff_hz,
+        beta: message.beta,
+        derivative_cutoff_hz,
+    };
+    filter
+        .is_valid()
+        .then_some(Some(filter))
+        .ok_or_else(|| Fault::Unknown {
+            field: "filter",
+            value: format!("{filter:?}"),
+            allowed: "cut-offs above 0 Hz and a beta of 0 or more",
+        })
+}
+
+/// How a client's hand stands, as a message. `received_source_ns` is its own stamp of the newest sample received.
+pub fn drive_state(
+    now: &DriveNow,
+    model: &HandModel,
+    received_source_ns: u64,
+) -> v1::DriveResponse {
+    let layout = PartLayout::of(model);
+    let contact = |touch: &HandTouch| v1::HandContact {
+        object: touch.object.to_bits(),
+        part: layout
+            .place(touch.part)
+            .map_or_else(String::new, |place| place.to_string()),
+        point: Some(point(&touch.point)),
+        normal: Some(vec3(&touch.normal)),
+        force_n: None,
+    };
+    let state = v1::DriveState {
+        applied_source_ns: now.applied_source_ns,
+        applied_tick: now.applied_tick,
+        dropped: now.n_dropped,
+        contacts: now.touches.iter().map(contact).collect(),
+        holds: plus_one(now.holds.map(|id| id.to_bits())),
+        received_source_ns,
+    };
+    v1::DriveResponse {
+        stamp: Some(now.stamp),
+        kind: Some(v1::drive_response::Kind::State(state)),
+    }
 }

@@ -15,6 +15,7 @@ use super::basic::{point, point_from, pose, pose_from, vec3, vec3_from};
 use super::fault::Fault;
 use super::hand::hand_model;
 use super::shape::{polyhedron_from, shape};
+use crate::broadcast::inbox::SceneNow;
 
 /// Names of the models that are built, for messages.
 const MODELS: &str = "paper";
@@ -226,5 +227,23 @@ pub fn named_hand(hand: &NamedHand) -> v1::Hand {
         id: hand.id.0,
         name: hand.name.clone(),
         model: Some(hand_model(&hand.model)),
+    }
+}
+
+/// A scene as it stands, as a message.
+pub fn scene_now(now: &SceneNow) -> v1::GetSceneResponse {
+    let content = &now.content;
+    let objects = content.objects.iter().zip(&now.poses);
+    let scene = v1::Scene {
+        objects: objects
+            .map(|((id, spec), pose)| object(*id, spec, pose, content.grasp_angle))
+            .collect(),
+        hands: content.hands.iter().map(named_hand).collect(),
+        ..content.surroundings.clone()
+    };
+    v1::GetSceneResponse {
+        stamp: Some(now.stamp),
+        scene: Some(scene),
+        scene_version: content.version,
     }
 }

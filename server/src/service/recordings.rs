@@ -1,0 +1,72 @@
+//! Recordings.
+
+use tonic::{Request, Response, Status};
+use tsukamu_proto::v1;
+use tsukamu_proto::v1::recordings_server::Recordings;
+
+use crate::recorder_handle::RecordOptions;
+use crate::ticker::request::Request as Ask;
+
+use super::{Backend, off_thread};
+
+/// The service.
+#[derive(Clone, Debug)]
+pub struct RecordingsService(pub Backend);
+
+type Answer<T> = Result<Response<T>, Status>;
+
+#[tonic::async_trait]
+impl Recordings for RecordingsService {
+    async fn start_recording(
+        &self,
+        request: Request<v1::StartRecordingRequest>,
+    ) -> Answer<v1::StartRecordingResponse> {
+        let v1::StartRecordingRequest { name, frames, raw } = request.into_inner();
+        let (stamp, name) = self
+            .0
+            .recordings
+            .start(&self.0.ticker, name, RecordOptions { frames, raw })
+            .await?;
+        Ok(Response::new(v1::StartRecordingResponse {
+            stamp: Some(stamp),
+            name,
+        }))
+    }
+
+    async fn stop_recording(
+        &self,
+        _: Request<v1::StopRecordingRequest>,
+    ) -> Answer<v1::StopRecordingResponse> {
+        let (stamp, name, written) = self.0.recordings.stop(&self.0.ticker).await?;
+        Ok(Response::new(v1::StopRecordingResponse {
+            stamp: Some(stamp),
+            name,
+            bytes: written.bytes,
+            messages: written.messages,
+            dropped: written.dropped,
+        }))
+    }
+
+    async fn list_recordings(
+        &self,
+        _: Request<v1::ListRecordingsRequest>,
+    ) -> Answer<v1::ListRecordingsResponse> {
+        let desk = self.0.recordings.clone();
+        let recordings = off_thread(move || desk.list()).await??;
+        Ok(Response::new(v1::ListRecordingsResponse {
+            stamp: Some(self.0.status.stamp()),
+            recordings,
+        }))
+    }
+
+    async fn play_recording(
+        &self,
+        request: Request<v1::PlayRecordingRequest>,
+    ) -> Answer<v1::CommandResponse> {
+        let desk = self.0.recordings.clone();
+        let name = request.into_inner().name;
+        let plan = Box::new(off_thread(move || desk.playback(&name)).await??);
+        let stamp = self.0.ticker.ask(|reply| Ask::Load { plan, reply }).await?;
+        Ok(Response::new(v1::CommandResponse { stamp: Some(stamp) }))
+    }
+}
