@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::Isometry3;
 use tsukamu_motion::hand_csv;
 use tsukamu_motion::track::TrackHand;
-use tsukamu_server::offline::hands::RunHand;
+use tsukamu_server::offline::hands::{Motion, RunHand};
 use tsukamu_server::offline::run::{RunOutcome, RunOutputs, RunRequest, run};
 use tsukamu_server::record::export::export;
 use tsukamu_server::record::reader::{self, Ending, from_bytes};
@@ -63,11 +63,11 @@ fn sweeping_hand() -> RunHand {
     };
     let times_s: Vec<f64> = (0..=120).map(|k| f64::from(k) / 60.0).collect();
     let samples = times_s.iter().map(|time_s| at(*time_s)).collect();
-    let motion = TrackHand {
+    let motion = Motion::Track(TrackHand {
         side: Side::Right,
         times_s,
         samples,
-    };
+    });
     RunHand {
         id: HandId(0),
         name: "sweep".to_owned(),

@@ -130,7 +130,7 @@ fn check_one(file: &str) -> Result<String, String> {
 }
 
 fn scene_summary(loaded: &LoadedScene) -> Result<String, String> {
-    let hands = resolve_all(&loaded.default_hands, loaded).map_err(|faults| {
+    let hands = resolve_all(&loaded.default_hands, &loaded.scene).map_err(|faults| {
         faults
             .iter()
             .map(ToString::to_string)

@@ -1,6 +1,8 @@
 //! The command line: one file per command. What they print, they print through [`output`].
 
 mod check;
+mod emulate;
+mod experiment;
 mod export;
 mod import;
 mod output;
@@ -65,6 +67,10 @@ enum Command {
     Recover(recover::RecoverArgs),
     /// Turn recorded hand motion of other projects into a hand CSV.
     Import(import::ImportArgs),
+    /// Emulate a glove or a tracker on a pseudo-terminal, worn by a recorded or computed hand.
+    Emulate(emulate::EmulateArgs),
+    /// Do the paper's experiments again.
+    Experiment(experiment::ExperimentArgs),
 }
 
 /// Reads the arguments, carries the command out and says how it ended.
@@ -79,6 +85,8 @@ pub(crate) fn main() -> ExitCode {
         Command::Export(args) => export::export(&args),
         Command::Recover(args) => recover::recover(&args),
         Command::Import(args) => import::import(&args),
+        Command::Experiment(args) => experiment::experiment(args),
+        Command::Emulate(args) => emulate::emulate(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -92,7 +92,7 @@ fn load_all(args: &RunArgs) -> Result<(LoadedScene, Vec<RunHand>), Failure> {
     if args.hands.is_empty() {
         specs.clone_from(&loaded.default_hands);
     }
-    let hands = resolve_all(&specs, &loaded).unwrap_or_else(|faults| {
+    let hands = resolve_all(&specs, &loaded.scene).unwrap_or_else(|faults| {
         mistakes.extend(faults.iter().map(ToString::to_string));
         Vec::new()
     });

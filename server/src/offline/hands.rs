@@ -4,12 +4,14 @@ use std::path::Path;
 
 use tsukamu_motion::hand_csv;
 use tsukamu_motion::mistake::ImportError;
-use tsukamu_motion::track::{HandTrack, Outside, TrackFault, TrackHand};
+use tsukamu_motion::synthetic::{PlanFault, SceneInfo, SyntheticHand, plan};
+use tsukamu_motion::track::{HandTrack, Outside, TrackHand};
+use tsukamu_world::hand::joint::Side;
 use tsukamu_world::hand::sample::HandSample;
 use tsukamu_world::hand::skeleton::HandModel;
+use tsukamu_world::scene::Scene;
 use tsukamu_world::state::HandId;
 
-use crate::scene_file::LoadedScene;
 use crate::scene_file::hands::HandSourceSpec;
 
 /// Largest file of hand motion, in bytes; it is looked at before a byte is parsed.
@@ -42,22 +44,18 @@ pub enum HandFault {
         /// What is wrong in it.
         mistakes: ImportError,
     },
-    /// A computed hand cannot be made.
-    #[error("{spec}: {why}")]
-    Synthetic {
-        /// The hand, as it was asked for.
-        spec: String,
-        /// Why.
-        why: String,
-    },
-    /// A computed hand made no sound track.
-    #[error("{spec}: {fault}")]
-    Track {
-        /// The hand, as it was asked for.
-        spec: String,
-        /// What is wrong with its track.
-        fault: TrackFault,
-    },
+    /// A computed hand does not find what it needs in the scene.
+    #[error(transparent)]
+    Plan(#[from] PlanFault),
+}
+
+/// The motion of one hand over world time.
+#[derive(Clone, Debug)]
+pub enum Motion {
+    /// Samples at given times.
+    Track(TrackHand),
+    /// A closed form in time.
+    Synthetic(Box<SyntheticHand>),
 }
 
 /// One hand of a run: its motion and how it enters the world.
@@ -70,26 +68,51 @@ pub struct RunHand {
     /// Its shape.
     pub model: HandModel,
     /// Its motion, in world time.
-    pub motion: TrackHand,
+    pub motion: Motion,
 }
 
-/// The motion of one spec. Its times are world times: a sample at 0.5 s is applied half a second after the start.
+impl Motion {
+    /// Left or right.
+    pub fn side(&self) -> Side {
+        match self {
+            Self::Track(track) => track.side,
+            Self::Synthetic(hand) => hand.side(),
+        }
+    }
+
+    /// The hand at a world time, in seconds; `None` where it is not tracked. `outside` says what a track answers
+    /// beyond its ends; a computed hand stays where it is.
+    pub fn sample_at(&self, time_s: f64, outside: Outside) -> Option<HandSample> {
+        match self {
+            Self::Track(track) => track.sample_at(time_s, outside),
+            Self::Synthetic(hand) => Some(hand.sample_at(time_s)),
+        }
+    }
+
+    /// World time at which it is over, in seconds.
+    pub fn end_s(&self) -> f64 {
+        match self {
+            Self::Track(track) => track.times_s.last().copied().unwrap_or(0.0),
+            Self::Synthetic(hand) => hand.duration_s(),
+        }
+    }
+}
+
+/// The motions of one spec: two where a file holds both hands. Their times are world times: a sample at 0.5 s is
+/// applied half a second after the start.
 ///
 /// # Errors
 /// When the file or the computed hand cannot be had.
-pub fn resolve_hand(spec: &HandSourceSpec, loaded: &LoadedScene) -> Result<HandTrack, HandFault> {
+pub fn resolve_hand(spec: &HandSourceSpec, scene: &Scene) -> Result<Vec<Motion>, HandFault> {
     match spec {
-        HandSourceSpec::Csv(path) => read_csv(path),
-        HandSourceSpec::Synthetic { name, params } => {
-            let track = synthetic(name, params, loaded).map_err(|why| HandFault::Synthetic {
-                spec: spec.to_string(),
-                why,
-            })?;
-            track.validate().map_err(|fault| HandFault::Track {
-                spec: spec.to_string(),
-                fault,
-            })?;
-            Ok(track)
+        HandSourceSpec::Csv(path) => Ok(read_csv(path)?
+            .hands
+            .into_iter()
+            .map(Motion::Track)
+            .collect()),
+        HandSourceSpec::Synthetic { spec, .. } => {
+            let hand = plan(spec, &SceneInfo::from(scene))?;
+            Ok(vec![Motion::Synthetic(Box::new(hand))])
         }
     }
 }
@@ -100,31 +123,33 @@ pub fn resolve_hand(spec: &HandSourceSpec, loaded: &LoadedScene) -> Result<HandT
 /// Every hand that cannot be had.
 pub fn resolve_all(
     specs: &[HandSourceSpec],
-    loaded: &LoadedScene,
+    scene: &Scene,
 ) -> Result<Vec<RunHand>, Vec<HandFault>> {
     let mut hands: Vec<RunHand> = Vec::new();
     let mut faults = Vec::new();
     for spec in specs {
-        match resolve_hand(spec, loaded) {
-            Ok(track) => {
-                let is_pair = track.hands.len() > 1;
-                for motion in track.hands {
-                    let name = if is_pair {
-                        format!("{spec}:{}", motion.side.name())
-                    } else {
-                        spec.to_string()
-                    };
-                    let name = unused(name, &hands);
-                    let model = HandModel::adult(motion.side);
-                    hands.push(RunHand {
-                        id: HandId(hands.len() as u32),
-                        name,
-                        model,
-                        motion,
-                    });
-                }
+        let motions = match resolve_hand(spec, scene) {
+            Ok(motions) => motions,
+            Err(fault) => {
+                faults.push(fault);
+                continue;
             }
-            Err(fault) => faults.push(fault),
+        };
+        let is_pair = motions.len() > 1;
+        for motion in motions {
+            let side = motion.side();
+            let name = if is_pair {
+                format!("{spec}:{}", side.name())
+            } else {
+                spec.to_string()
+            };
+            let (id, name) = (HandId(hands.len() as u32), unused(name, &hands));
+            hands.push(RunHand {
+                id,
+                name,
+                model: HandModel::adult(side),
+                motion,
+            });
         }
     }
     if faults.is_empty() {
@@ -142,7 +167,7 @@ impl RunHand {
 
     /// World time of its last sample, in seconds.
     pub fn end_s(&self) -> f64 {
-        self.motion.times_s.last().copied().unwrap_or(0.0)
+        self.motion.end_s()
     }
 }
 
@@ -168,13 +193,4 @@ fn read_csv(path: &Path) -> Result<HandTrack, HandFault> {
     }
     let text = std::fs::read_to_string(path).map_err(unreadable)?;
     hand_csv::read(&text).map_err(|mistakes| HandFault::Mistakes { file, mistakes })
-}
-
-/// A computed hand in this scene.
-fn synthetic(
-    name: &str,
-    _params: &[(String, String)],
-    _loaded: &LoadedScene,
-) -> Result<HandTrack, String> {
-    Err(format!("there is no synthetic hand {name:?} in this build"))
 }

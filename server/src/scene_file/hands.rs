@@ -3,69 +3,57 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use tsukamu_motion::synthetic::{Spec, SpecFault};
+
 /// Where a hand's motion comes from.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum HandSourceSpec {
-    /// A computed hand: `synthetic:NAME`, with parameters as `synthetic:NAME,key=value,…`.
+    /// A computed hand: `synthetic:NAME`, with parameters as `synthetic:NAME?key=value&key=value`.
     Synthetic {
-        /// Its name, e.g. `stack`.
-        name: String,
-        /// Its parameters, in the order given.
-        params: Vec<(String, String)>,
+        /// The text as it was given.
+        text: String,
+        /// What it says.
+        spec: Spec,
     },
     /// A file of hand motion (hand CSV), absolute or relative to the working folder.
     Csv(PathBuf),
 }
 
 /// A text that names no source of hands.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum HandSpecFault {
     /// Nothing is named.
     #[error("names no hand: give synthetic:NAME or a hand CSV file")]
     Empty,
-    /// A parameter is not `key=value`.
-    #[error("has the parameter {0:?}: parameters are key=value, separated by commas")]
-    Parameter(String),
+    /// No such computed hand, or not with these parameters.
+    #[error(transparent)]
+    Synthetic(#[from] SpecFault),
 }
 
 impl HandSourceSpec {
-    /// Reads `synthetic:NAME[,key=value…]` or a file's name; a relative file is looked for in `folder`.
+    /// Reads `synthetic:NAME[?key=value…]` or a file's name; a relative file is looked for in `folder`.
     ///
     /// # Errors
-    /// When the text is empty, or a parameter has no `=`.
+    /// When the text is empty, or names no computed hand.
     pub fn parse(text: &str, folder: &Path) -> Result<Self, HandSpecFault> {
-        let Some(synthetic) = text.strip_prefix("synthetic:") else {
-            return if text.trim().is_empty() {
-                Err(HandSpecFault::Empty)
-            } else {
-                Ok(Self::Csv(folder.join(text)))
-            };
-        };
-        let mut parts = synthetic.split(',');
-        let name = parts.next().unwrap_or_default().trim().to_owned();
-        if name.is_empty() {
-            return Err(HandSpecFault::Empty);
+        if text.starts_with("synthetic:") {
+            return Ok(Self::Synthetic {
+                text: text.to_owned(),
+                spec: Spec::parse(text)?,
+            });
         }
-        let pair = |part: &str| match part.split_once('=') {
-            Some((key, value)) => Ok((key.trim().to_owned(), value.trim().to_owned())),
-            None => Err(HandSpecFault::Parameter(part.to_owned())),
-        };
-        Ok(Self::Synthetic {
-            name,
-            params: parts.map(pair).collect::<Result<_, _>>()?,
-        })
+        if text.trim().is_empty() {
+            Err(HandSpecFault::Empty)
+        } else {
+            Ok(Self::Csv(folder.join(text)))
+        }
     }
 }
 
 impl fmt::Display for HandSourceSpec {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Synthetic { name, params } => {
-                write!(out, "synthetic:{name}")?;
-                params
-                    .iter()
-                    .try_for_each(|(key, value)| write!(out, ",{key}={value}"))
-            }
+            Self::Synthetic { text, .. } => write!(out, "{text}"),
             Self::Csv(path) => write!(out, "{}", path.display()),
         }
     }
@@ -79,15 +67,11 @@ mod tests {
     fn specs_read_and_write_themselves() {
         for text in [
             "synthetic:operations/stack",
-            "synthetic:free,object=cube,seed=3",
+            "synthetic:free?object=cube&seed=3",
             "folder/hand.csv",
         ] {
-            assert_eq!(
-                HandSourceSpec::parse(text, Path::new(""))
-                    .map(|spec| spec.to_string())
-                    .as_deref(),
-                Ok(text)
-            );
+            let spec = HandSourceSpec::parse(text, Path::new(""));
+            assert_eq!(spec.map(|spec| spec.to_string()).as_deref(), Ok(text));
         }
         let inside = HandSourceSpec::parse("hand.csv", Path::new("scenes"));
         assert_eq!(
@@ -95,14 +79,16 @@ mod tests {
             Ok(HandSourceSpec::Csv(PathBuf::from("scenes/hand.csv")))
         );
         for (text, fault) in [
-            ("", HandSpecFault::Empty),
-            ("synthetic:", HandSpecFault::Empty),
-            (
-                "synthetic:free,seed",
-                HandSpecFault::Parameter("seed".to_owned()),
-            ),
+            ("", "names no hand"),
+            ("synthetic:", "no synthetic hand is called"),
+            ("synthetic:free?seed", "is no parameter"),
         ] {
-            assert_eq!(HandSourceSpec::parse(text, Path::new("")), Err(fault));
+            let found =
+                HandSourceSpec::parse(text, Path::new("")).map_err(|fault| fault.to_string());
+            assert!(
+                found.as_ref().is_err_and(|found| found.contains(fault)),
+                "{text}: {found:?}"
+            );
         }
     }
 }

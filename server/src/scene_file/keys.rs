@@ -10,7 +10,8 @@ use tsukamu_world::scene::{
 
 use super::hands::HandSourceSpec;
 use super::{object, target};
-use crate::document::keys::{Bounds, Keys};
+use crate::document::bounds::Bounds;
+use crate::document::keys::Keys;
 use crate::document::mistake::Sheet;
 
 /// Longest grace time, in seconds.

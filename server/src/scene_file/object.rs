@@ -10,7 +10,8 @@ use tsukamu_world::scene::ObjectSpec;
 
 use super::keys::{ANGLE_DEG, COORDINATE};
 use super::mesh;
-use crate::document::keys::{Bounds, Keys};
+use crate::document::bounds::Bounds;
+use crate::document::keys::Keys;
 use crate::document::mistake::Sheet;
 
 /// What an object's keys are read against.

@@ -4,7 +4,8 @@ use nalgebra::{Point3, Vector3};
 use tsukamu_world::scene::Target;
 
 use super::keys::COORDINATE;
-use crate::document::keys::{Bounds, Keys};
+use crate::document::bounds::Bounds;
+use crate::document::keys::Keys;
 use crate::document::mistake::Sheet;
 
 /// Radius of the target of the 1998 game, in metres.

@@ -36,7 +36,7 @@ fn an_empty_text_is_an_empty_desk() {
 #[test]
 fn every_key_reaches_the_world() {
     let text = "name = 'n'\nrate_hz = 1000\ngravity = [0, -1.62, 0.5]\nfloor_height = -1\ngrasp_angle_deg = 120\n\
-        throw_window_s = 0.05\ntracking_grace_s = 1\nmodel = 'paper'\nhands = ['synthetic:free,seed=2']\n\
+        throw_window_s = 0.05\ntracking_grace_s = 1\nmodel = 'paper'\nhands = ['synthetic:free?seed=2']\n\
         [[object]]\nname = 'p'\nshape = 'prism'\nradius = 0.1\nheight = 0.2\nsides = 8\nposition = [1, 0.5, 2]\n\
         on_floor = true\nrotation_deg = [90, 0, 0]\ngrasp_angle_deg = 180\ndensity = 1000\ncolour = [1, 0, 0.5]\n\
         [[target]]\ncentre = [0, 1, -2]\nnormal = [0, 0, 5]\nradius = 0.2\n";
@@ -51,7 +51,7 @@ fn every_key_reaches_the_world() {
     );
     assert_eq!((scene.throw_window_s, scene.tracking_grace_s), (0.05, 1.0));
     assert!((scene.grasp_angle.to_degrees() - 120.0).abs() < 1.0e-12);
-    assert_eq!(default_hands[0].to_string(), "synthetic:free,seed=2");
+    assert_eq!(default_hands[0].to_string(), "synthetic:free?seed=2");
     assert_eq!(source_text, text);
     let object = &scene.objects[0];
     assert_eq!(object.shape.faces().len(), 10);
@@ -116,7 +116,7 @@ fn mistakes_of_single_keys() {
         ),
         (
             "hands = ['synthetic:']",
-            "s.toml:1:10: hands[0]: names no hand: give synthetic:NAME or a hand CSV file",
+            "s.toml:1:10: hands[0]: no synthetic hand is called \"\": there are free, no-thumb, flick, grasp-throw, stack, target-game, demo",
         ),
         (
             "hands = ['no-such.csv']",

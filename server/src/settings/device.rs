@@ -9,7 +9,8 @@ use tsukamu_devices::tracker::fastrak::decode::Encoding;
 use tsukamu_devices::tracker::fastrak::settings::FastrakSettings;
 
 use super::calibration;
-use crate::document::keys::{Bounds, Keys};
+use crate::document::bounds::Bounds;
+use crate::document::keys::Keys;
 use crate::document::mistake::Sheet;
 
 /// One device as it is set up.

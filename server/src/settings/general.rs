@@ -8,7 +8,8 @@ use super::overrides::{Given, Overrides};
 use super::{
     LISTEN_DEFAULT, Mode, PublishSettings, RecordingSettings, Settings, WorldSettings, device, hand,
 };
-use crate::document::keys::{Bounds, Keys};
+use crate::document::bounds::Bounds;
+use crate::document::keys::Keys;
 use crate::document::mistake::{Mistake, Sheet};
 use crate::scene_file::hands::HandSourceSpec;
 use crate::scene_file::keys::{GRACE, RATE};

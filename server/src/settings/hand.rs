@@ -4,7 +4,8 @@ use tsukamu_world::hand::joint::Side;
 use tsukamu_world::hand::skeleton::HandModel;
 
 use super::device::{DeviceKind, DeviceSettings};
-use crate::document::keys::{Bounds, Keys};
+use crate::document::bounds::Bounds;
+use crate::document::keys::Keys;
 use crate::document::mistake::Sheet;
 
 /// A hand driven by devices.

@@ -47,7 +47,7 @@ fn flags_stand_above_the_file() {
     let flags = [
         ("rate_hz", "1000"),
         ("mode", "lockstep"),
-        ("hands", "synthetic:a;synthetic:b"),
+        ("hands", "synthetic:free;synthetic:stack"),
         ("record", "true"),
     ];
     let settings = read(text, &flags).unwrap();
@@ -149,7 +149,7 @@ fn mistakes_between_devices_and_hands() {
 fn every_key_can_be_overridden() {
     let good = |key: &str| match key {
         "listen" => "[::1]:9",
-        "hands" => "synthetic:x",
+        "hands" => "synthetic:free",
         "mode" => "realtime",
         "rate_hz" | "tracking_grace_s" | "keyframe_interval_s" | "event_log" => "20",
         "record" | "record_frames" | "record_raw" => "true",

@@ -1,0 +1,182 @@
+//! `tsukamud emulate`
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use clap::{Args, ValueEnum};
+use tsukamu_devices::glove::calibrate::GloveCalibration;
+use tsukamu_devices::glove::cyberglove::settings::SensorCount;
+use tsukamu_motion::synthetic::names;
+use tsukamu_server::emulate::{Played, Plug, TrackerPlace, spawn_glove, spawn_tracker};
+use tsukamu_server::offline::hands::{Motion, resolve_hand};
+use tsukamu_server::scene_file::hands::HandSourceSpec;
+use tsukamu_server::scene_file::{builtin, load};
+use tsukamu_server::settings::calibration;
+use tsukamu_world::hand::joint::Side;
+
+use super::Failure;
+use super::output::{say, tell};
+
+/// What is emulated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Device {
+    /// A CyberGlove.
+    Cyberglove,
+    /// A Fastrak with a receiver on the wrist.
+    Fastrak,
+    /// Both, in step, with the settings that plug them in.
+    Hand,
+}
+
+/// Arguments of `tsukamud emulate`.
+#[derive(Debug, Args)]
+pub(super) struct EmulateArgs {
+    /// The device.
+    device: Device,
+    /// The hand that wears it: a hand CSV or a synthetic hand's name.
+    #[arg(long, value_name = "FILE|NAME")]
+    motion: String,
+    /// The scene that a synthetic hand acts in [default: the built-in scene of its name].
+    #[arg(long)]
+    scene: Option<String>,
+    /// Which hand, where the file holds both [default: right].
+    #[arg(long, value_parser = ["left", "right"])]
+    side: Option<String>,
+    /// A link to the terminal; for both devices with -glove and -tracker appended.
+    #[arg(long, value_name = "PATH")]
+    link: Option<PathBuf>,
+    /// Sensors of the glove, 18 or 22.
+    #[arg(long, default_value = "18", value_parser = ["18", "22"])]
+    sensors: String,
+    /// The wearer's calibration file, as the daemon uses it.
+    #[arg(long, value_name = "FILE")]
+    calibration: Option<PathBuf>,
+    /// Line rate in bit/s; 0 is no pacing.
+    #[arg(long, default_value_t = 115_200)]
+    baud: u32,
+    /// Play the motion once and hold its end; otherwise it begins again.
+    #[arg(long)]
+    once: bool,
+}
+
+/// Emulates a device until Ctrl-C.
+pub(super) fn emulate(args: &EmulateArgs) -> Result<(), Failure> {
+    let played = Played {
+        motion: motion(args)?,
+        repeats: !args.once,
+    };
+    let calibration = match &args.calibration {
+        Some(file) => {
+            calibration::load(file).map_err(|mistakes| Failure::Usage(mistakes.to_string()))?
+        }
+        None => GloveCalibration::default(),
+    };
+    let place = TrackerPlace {
+        wrist_from_sensor: calibration.mount.wrist_from_sensor(),
+        ..TrackerPlace::default()
+    };
+    let sensors = if args.sensors == "22" {
+        SensorCount::TwentyTwo
+    } else {
+        SensorCount::Eighteen
+    };
+    let is_pair = args.device == Device::Hand;
+    let side = played.motion.side();
+    let glove = (args.device != Device::Fastrak)
+        .then(|| {
+            spawn_glove(
+                played.clone(),
+                sensors,
+                calibration,
+                plug(args, is_pair.then_some("glove")),
+            )
+        })
+        .transpose()?;
+    let tracker = (args.device != Device::Cyberglove)
+        .then(|| spawn_tracker(played, place, plug(args, is_pair.then_some("tracker"))))
+        .transpose()?;
+    let glove_path = glove.as_ref().map(|glove| glove.path().to_owned());
+    let tracker_path = tracker.as_ref().map(|tracker| tracker.path().to_owned());
+    match (glove_path, tracker_path) {
+        (Some(glove), Some(tracker)) => say(&sample_settings(&glove, &tracker, side, args))?,
+        (path, other) => say(&path.or(other).unwrap_or_default().display().to_string())?,
+    }
+    tell("emulating until Ctrl-C");
+    until_interrupted()
+}
+
+/// The motion of the hand that wears the device.
+fn motion(args: &EmulateArgs) -> Result<Motion, Failure> {
+    let text = &args.motion;
+    let bare = text.split(['?', ',']).next().unwrap_or_default();
+    let bare = bare.strip_prefix("synthetic:").unwrap_or(bare);
+    let bare = bare.strip_prefix("operations/").unwrap_or(bare);
+    let is_name = names().iter().any(|known| known.name.text() == bare);
+    let text = if is_name && !text.starts_with("synthetic:") {
+        format!("synthetic:{text}")
+    } else {
+        text.clone()
+    };
+    let usage = |fault: String| Failure::Usage(format!("--motion {}: {fault}", args.motion));
+    let spec =
+        HandSourceSpec::parse(&text, Path::new("")).map_err(|fault| usage(fault.to_string()))?;
+    let own = builtin::names().find(|name| *name == bare || name.ends_with(&format!("/{bare}")));
+    let scene = args.scene.as_deref().or(own).unwrap_or("demo");
+    let loaded = load(scene).map_err(|mistakes| Failure::Usage(mistakes.to_string()))?;
+    let mut motions =
+        resolve_hand(&spec, &loaded.scene).map_err(|fault| Failure::Usage(fault.to_string()))?;
+    let wanted = if args.side.as_deref() == Some("left") {
+        Side::Left
+    } else {
+        Side::Right
+    };
+    let index = motions.iter().position(|motion| motion.side() == wanted);
+    match (index, motions.len(), &args.side) {
+        (Some(index), _, _) => Ok(motions.swap_remove(index)),
+        (None, 1, None) => Ok(motions.swap_remove(0)),
+        _ => Err(usage(format!("it has no {} hand", wanted.name()))),
+    }
+}
+
+fn plug(args: &EmulateArgs, suffix: Option<&str>) -> Plug {
+    let link = args.link.as_ref().map(|link| match suffix {
+        None => link.clone(),
+        Some(suffix) => PathBuf::from(format!("{}-{suffix}", link.display())),
+    });
+    Plug {
+        link,
+        baud: Some(args.baud),
+    }
+}
+
+/// A settings file that plugs both devices in.
+fn sample_settings(glove: &Path, tracker: &Path, side: Side, args: &EmulateArgs) -> String {
+    let at = |path: &Path, suffix: &str| {
+        plug(args, Some(suffix))
+            .link
+            .unwrap_or_else(|| path.to_owned())
+    };
+    let (glove, tracker) = (at(glove, "glove"), at(tracker, "tracker"));
+    let calibration = args.calibration.as_ref().map_or_else(String::new, |file| {
+        let file = std::path::absolute(file).unwrap_or_else(|_| file.clone());
+        format!("calibration = {:?}\n", file.display().to_string())
+    });
+    format!(
+        "# Settings for `tsukamud --config FILE` while this runs.\n\
+         [[device]]\nname = \"glove\"\nkind = \"cyberglove\"\nport = {:?}\n{calibration}\n\
+         [[device]]\nname = \"tracker\"\nkind = \"fastrak\"\nport = {:?}\n\n\
+         [[hand]]\nname = \"glove:{side}\"\nside = \"{side}\"\nglove = \"glove\"\ntracker = \"tracker\"",
+        glove.display().to_string(),
+        tracker.display().to_string(),
+        side = side.name(),
+    )
+}
+
+/// Waits for Ctrl-C.
+fn until_interrupted() -> Result<(), Failure> {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .context("starting a runtime")?;
+    Ok(runtime.block_on(tokio::signal::ctrl_c())?)
+}
