@@ -72,6 +72,25 @@ fn way(stage: &mut Stage<'_>, slot: u32) -> Way {
     let (gravity_step, floor) = (stage.gravity_step(), stage.scene.floor_height);
     let body = stage.state.body(slot).expect("awake slots are taken");
     let shape = &body.spec.shape;
+    let gm = body.displacement + gravity_step;
+    if body.on_floor {
+        // What has touched the floor keeps no inertia: it stands or topples, and does not leave it again by itself.
+        let gravity = &stage.scene.gravity;
+        let settled = settle(
+            shape,
+            &body.pose,
+            &gm,
+            gravity,
+            floor,
+            &mut stage.scratch.floor,
+        );
+        return Way {
+            to: settled.pose,
+            on_floor: true,
+            landed: false,
+            outcome: Some(settled.outcome),
+        };
+    }
     let to = inertia::free(&body.pose, &body.displacement, &body.spin, &gravity_step);
     if lowest(shape, &to) >= floor {
         return Way {
@@ -81,27 +100,20 @@ fn way(stage: &mut Stage<'_>, slot: u32) -> Way {
             outcome: None,
         };
     }
-    let gm = body.displacement + gravity_step;
     // From the air it comes to lie on the floor in this step, and topples from the next one on.
-    let landed = !body.on_floor;
-    let start = if landed {
-        lifted(shape, &to, floor)
-    } else {
-        body.pose
-    };
+    let to = lifted(shape, &to, floor);
     let settled = settle(
         shape,
-        &start,
+        &to,
         &gm,
         &stage.scene.gravity,
         floor,
         &mut stage.scratch.floor,
     );
-    let to = if landed { start } else { settled.pose };
     Way {
         to,
         on_floor: true,
-        landed,
+        landed: true,
         outcome: Some(settled.outcome),
     }
 }
