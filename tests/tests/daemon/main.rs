@@ -1,0 +1,10 @@
+//! The daemon over a real loopback socket, in process, on a free port. No test waits for a time to pass: each waits for
+//! a value, with a deadline.
+
+mod commands;
+mod events;
+mod frames;
+mod front;
+mod hands;
+mod recordings;
+mod support;
