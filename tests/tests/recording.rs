@@ -355,6 +355,25 @@ fn an_export_has_a_row_for_everything() {
 }
 
 #[test]
+fn a_session_is_kept_through_recovery() {
+    let folder = Folder::new("metadata");
+    let (first, second) = (folder.file("first.mcap"), folder.file("second.mcap"));
+    let about = BTreeMap::from([
+        ("scene".to_owned(), "mine".to_owned()),
+        ("build".to_owned(), "old".to_owned()),
+    ]);
+    let file = RecordingFile::create(&first, Existing::Keep, &about).unwrap();
+    file.finish(0).unwrap();
+    recover(&first, &second).unwrap();
+    let session = reader::session(&second).unwrap();
+    assert_eq!(
+        (session["scene"].as_str(), session["build"].as_str()),
+        ("mine", "old")
+    );
+    assert!(session["recovered_from"].ends_with("first.mcap"));
+}
+
+#[test]
 fn other_bytes_are_no_recording() {
     for bytes in [&b""[..], b"hello", &[0; 4096], mcap_magic_only().as_slice()] {
         let found = check(bytes);

@@ -150,7 +150,7 @@ fn scene_summary(loaded: &LoadedScene) -> Result<String, String> {
         .sum();
     let hands: Vec<String> = hands.into_iter().map(|hand| hand.name).collect();
     let hands = if hands.is_empty() {
-        "no hand".to_owned()
+        "no hand of its own".to_owned()
     } else {
         hands.join(", ")
     };
@@ -162,7 +162,13 @@ fn scene_summary(loaded: &LoadedScene) -> Result<String, String> {
 }
 
 fn settings_summary(settings: &Settings) -> Result<String, String> {
-    let loaded = load(&settings.world.scene).map_err(|mistakes| mistakes.to_string())?;
+    let mut loaded = load(&settings.world.scene).map_err(|mistakes| mistakes.to_string())?;
+    // The hands that would drive it: those of the settings stand in place of the scene's own.
+    match &settings.sources {
+        Some(sources) => loaded.default_hands.clone_from(sources),
+        None if settings.hands.is_empty() => {}
+        None => loaded.default_hands.clear(),
+    }
     let (listen, mode) = (settings.listen, settings.world.mode.name());
     let (n_devices, n_hands) = (settings.devices.len(), settings.hands.len());
     let scene = scene_summary(&loaded)?;

@@ -6,6 +6,7 @@ use std::time::Instant;
 use clap::Args;
 use tsukamu_server::record::reader::{self, Ending};
 use tsukamu_server::record::verify::verify as verify_recording;
+use tsukamu_server::record::writer::build;
 
 use super::Failure;
 use super::output::{progress_bar, say, tell};
@@ -47,6 +48,15 @@ pub(super) fn verify(args: &VerifyArgs) -> Result<(), Failure> {
         None => say(&format!("{}: verified", args.file.display())),
         Some(fault) => {
             tell(&format!("{}: NOT verified: {fault}", args.file.display()));
+            let made_by = reader::session(&args.file)?
+                .remove("build")
+                .unwrap_or_default();
+            if made_by != build() {
+                tell(&format!(
+                    "it was made by {made_by:?}, this is {:?}",
+                    build()
+                ));
+            }
             Err(Failure::Negative)
         }
     }

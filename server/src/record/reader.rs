@@ -1,5 +1,6 @@
 //! Reads a recording from its start, also one that was cut off.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::fs::File;
 use std::io::{BufReader, Cursor, Read, Seek, SeekFrom};
@@ -9,10 +10,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use mcap::McapError;
 use mcap::io::MessageReader;
-use mcap::sans_io::linear_reader::LinearReaderOptions;
+use mcap::records::op;
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use super::RecordFault;
 use super::channels::Topic;
+use super::writer::METADATA_SESSION;
 use crate::recorder_handle::Record;
 
 /// Largest record or chunk that is read, in bytes; a damaged length must not fill the memory.
@@ -76,6 +79,43 @@ pub fn open(path: &Path) -> Result<RecordingReader<BufReader<File>>, RecordFault
 /// Reads a recording in memory.
 pub fn from_bytes(bytes: &[u8]) -> RecordingReader<Cursor<&[u8]>> {
     RecordingReader::new(Cursor::new(bytes), bytes.ends_with(mcap::MAGIC))
+}
+
+/// What a recording says about its session: build, settings, command. Empty where it says nothing that can be read.
+///
+/// # Errors
+/// When the file cannot be opened or read.
+pub fn session(path: &Path) -> Result<BTreeMap<String, String>, RecordFault> {
+    let refuse = |source| RecordFault::Open {
+        file: path.display().to_string(),
+        source,
+    };
+    let mut file = File::open(path).map_err(refuse)?;
+    let options = LinearReaderOptions::default()
+        .with_skip_end_magic(true)
+        .with_emit_chunks(true)
+        .with_record_length_limit(RECORD_BYTES_MAX);
+    let mut reader = LinearReader::new_with_options(options);
+    // It stands before the first chunk.
+    while let Some(Ok(event)) = reader.next_event() {
+        match event {
+            LinearReadEvent::ReadRequest(need) => {
+                let n = file.read(reader.insert(need)).map_err(refuse)?;
+                reader.notify_read(n);
+            }
+            LinearReadEvent::Record {
+                opcode: op::CHUNK, ..
+            } => break,
+            LinearReadEvent::Record { opcode, data } => {
+                if let Ok(mcap::records::Record::Metadata(found)) = mcap::parse_record(opcode, data)
+                    && found.name == METADATA_SESSION
+                {
+                    return Ok(found.metadata);
+                }
+            }
+        }
+    }
+    Ok(BTreeMap::new())
 }
 
 /// Whether a file ends as a finished recording does; it is back at its start then.

@@ -1,6 +1,5 @@
 //! Makes a whole file, with index and end, of a recording that was cut off.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::RecordFault;
@@ -13,7 +12,8 @@ use super::writer::{Existing, Finished, RecordingFile};
 /// When the recording cannot be opened, or the new one cannot be written.
 pub fn recover(from: &Path, to: &Path) -> Result<(Finished, Ending), RecordFault> {
     let mut recording = reader::open(from)?;
-    let about = BTreeMap::from([("recovered_from".to_owned(), from.display().to_string())]);
+    let mut about = reader::session(from)?;
+    about.insert("recovered_from".to_owned(), from.display().to_string());
     let mut file = RecordingFile::create(to, Existing::Keep, &about)?;
     for record in recording.by_ref() {
         file.write(&record)?;

@@ -106,7 +106,8 @@ impl RecordingFile {
             .library(concat!("tsukamu ", env!("CARGO_PKG_VERSION")));
         let mut writer = options.create(Staged::new(file))?;
         let mut metadata = session.clone();
-        metadata.insert("build".to_owned(), build());
+        // A recovered recording keeps the build that made its digests.
+        metadata.entry("build".to_owned()).or_insert_with(build);
         writer.write_metadata(&Metadata {
             name: METADATA_SESSION.to_owned(),
             metadata,
