@@ -60,7 +60,12 @@ impl Motion {
     fn read(&self) -> Result<HandTrack> {
         let text = std::fs::read_to_string(&self.source)
             .with_context(|| format!("cannot read {}", self.source))?;
-        hand_csv::read(&text).with_context(|| format!("{} is no hand CSV", self.source))
+        hand_csv::read(&text).with_context(|| {
+            format!(
+                "{} is no hand CSV (`tsukamud import` makes one of other files)",
+                self.source
+            )
+        })
     }
 
     async fn plan(&self, client: &Client) -> Result<HandTrack> {

@@ -27,7 +27,15 @@ pub(crate) fn note(text: &str) {
     let _ = writeln!(io::stderr().lock(), "tsukamu: {text}");
 }
 
-/// The one line that says why the program fails.
+/// Lines of a failure that are shown; a file may have many mistakes.
+const MAX_LINES: usize = 8;
+
+/// Why the program fails: one line, and for a file's mistakes one line each.
 pub(crate) fn complain(error: &anyhow::Error) {
-    note(&format!("{error:#}").replace('\n', " "));
+    let text = format!("{error:#}");
+    let mut lines: Vec<&str> = text.lines().take(MAX_LINES).collect();
+    if text.lines().nth(MAX_LINES).is_some() {
+        lines.push("…");
+    }
+    note(&lines.join("\n  "));
 }

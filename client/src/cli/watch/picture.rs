@@ -53,13 +53,17 @@ impl Fit {
             .sum::<Vector3<f64>>()
             / points.len().max(1) as f64;
         let floor = Point3::new(middle.x, scene.floor_height, middle.z);
-        points.extend(
-            scene
-                .targets
-                .iter()
-                .filter_map(|target| target.centre)
-                .map(|p| Point3::new(p.x, p.y, p.z)),
-        );
+        for target in &scene.targets {
+            let centre = target
+                .centre
+                .map_or_else(Point3::origin, |p| Point3::new(p.x, p.y, p.z));
+            let reach = [-target.radius, target.radius];
+            points.extend(
+                reach
+                    .iter()
+                    .flat_map(|r| [centre + Vector3::x() * *r, centre + Vector3::y() * *r]),
+            );
+        }
         let corners = [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]];
         points.extend(
             corners.map(|[x, z]| floor + Vector3::new(x, 0.0, z) * GRID_STEP * f64::from(GRID)),
