@@ -11,5 +11,6 @@ mod floor_cases;
 mod grasping;
 mod hands_together;
 mod laws;
+mod neighbours;
 mod script;
 mod steady;
