@@ -117,6 +117,10 @@ struct Pace {
 /// rate that was chosen, their jitter must not lose any.
 const EARLY: f64 = 0.25;
 
+/// How long after its time a frame is waited for that is made just then, as a share of the interval, before the
+/// newest one that is there is taken: a frame made long before its time would be shown that much too late.
+const FRESH: f64 = 0.25;
+
 impl Pace {
     /// A frame was taken: moves on to the next one's time, and gives how many times were missed.
     fn advance(&mut self, now: Instant) -> u64 {
@@ -139,8 +143,14 @@ impl Subscriber {
                 self.present.0.frame_bytes_sent.inc_by(bytes.len() as u64);
                 return Some(bytes);
             }
-            if let Some(due) = self.pace.as_ref().and_then(|pace| pace.due) {
+            if let Some(pace) = &self.pace
+                && let Some(due) = pace.due
+            {
+                let fresh = due + pace.interval.mul_f64(FRESH);
                 tokio::time::sleep_until(due).await;
+                self.frames.mark_unchanged();
+                // A closed lane is noticed below.
+                let _ = tokio::time::timeout_at(fresh, self.frames.changed()).await;
             }
             let newest = self.frames.borrow_and_update().clone();
             if !self.take(&newest) {
