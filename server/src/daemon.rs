@@ -18,7 +18,7 @@ use crate::broadcast::inbox::Inbox;
 use crate::broadcast::publisher::{Published, Publisher};
 use crate::broadcast::subscriber::FrameLane;
 use crate::clock::Clock;
-use crate::event_log::event_log;
+use crate::event_log::{EventLog, event_log};
 use crate::front;
 use crate::input::serial::{PortContext, RawTap, SerialFault, SerialPorts};
 use crate::input::sources::Sources;
@@ -122,10 +122,31 @@ pub struct Daemon {
     stop: watch::Sender<bool>,
     backend: Backend,
     ports: Option<SerialPorts>,
-    tick_thread: JoinHandle<()>,
-    publisher_thread: JoinHandle<()>,
+    threads: Threads,
     front: tokio::task::JoinHandle<io::Result<()>>,
-    tick_ended: watch::Receiver<()>,
+}
+
+/// The threads that are no tasks.
+#[derive(Debug)]
+struct Threads {
+    tick: JoinHandle<()>,
+    publisher: JoinHandle<()>,
+    /// True when one of them has ended, in whatever way.
+    ended: watch::Receiver<bool>,
+}
+
+/// Says that a thread has ended, also when it panics; nothing is left to wait for it in vain.
+#[derive(Debug)]
+struct Ends {
+    ended: watch::Sender<bool>,
+    inbox: Arc<Inbox>,
+}
+
+impl Drop for Ends {
+    fn drop(&mut self) {
+        self.inbox.post(|batch| batch.stopped = true);
+        self.ended.send_replace(true);
+    }
 }
 
 /// Starts a daemon on the present tokio runtime.
@@ -138,86 +159,119 @@ pub async fn start(config: DaemonConfig) -> Result<Daemon, DaemonError> {
     let local_addr = listener.local_addr().map_err(DaemonError::Port)?;
     let (stop, stopping) = watch::channel(false);
     let (ticker, requests) = TickerHandle::channel();
-    let outlets = Outlets {
+    let outlets = outlets();
+    let (events_in, events) = event_log(config.publish.event_log);
+    let (frames_in, frames) = watch::channel(Published::default());
+    let publisher = Publisher {
+        inbox: Arc::clone(&outlets.inbox),
+        frames: frames_in,
+        events: events_in,
+        metrics: Arc::clone(&outlets.metrics),
+        key_interval_ns: (config.publish.keyframe_interval_s * 1.0e9) as u64,
+    };
+    let engine = Engine::new(outlets.clone(), config.plan);
+    let threads = Threads::spawn(publisher, Ticker::new(engine, requests, config.mode))?;
+
+    let recordings = RecordingDesk::new(config.recording.dir, config.session);
+    let lanes = (frames, events);
+    let backend = backend(&outlets, ticker, lanes, recordings, stopping.clone());
+    let context = PortContext {
+        sources: outlets.sources,
+        ticker: backend.ticker.clone(),
+        raw_tap: outlets.raw_tap,
+        clock: outlets.clock,
+    };
+    let ports = Some(SerialPorts::open(&config.devices, &config.hands, &context)?);
+    if config.recording.from_start {
+        let options = RecordOptions {
+            frames: config.recording.frames,
+            raw: config.recording.raw,
+        };
+        backend
+            .recordings
+            .start(&backend.ticker, String::new(), options)
+            .await?;
+    }
+    let front = tokio::spawn(front::serve(listener, backend.clone(), until(stopping)));
+    info!(address = %local_addr, "listening");
+    Ok(Daemon {
+        local_addr,
+        stop,
+        backend,
+        ports,
+        threads,
+        front,
+    })
+}
+
+fn backend(
+    outlets: &Outlets,
+    ticker: TickerHandle,
+    (frames, events): (watch::Receiver<Published>, EventLog),
+    recordings: RecordingDesk,
+    stopping: watch::Receiver<bool>,
+) -> Backend {
+    let (inbox, metrics) = (Arc::clone(&outlets.inbox), Arc::clone(&outlets.metrics));
+    Backend {
+        ticker,
+        frames: FrameLane {
+            inbox,
+            frames,
+            metrics: Arc::clone(&outlets.metrics),
+        },
+        events,
+        sources: outlets.sources.clone(),
+        metrics,
+        status: Arc::clone(&outlets.status),
+        recordings: Arc::new(recordings),
+        clock: outlets.clock,
+        stopping,
+    }
+}
+
+fn outlets() -> Outlets {
+    Outlets {
         inbox: Arc::new(Inbox::default()),
         sources: Sources::new(),
         metrics: Arc::new(Metrics::new()),
         status: Arc::new(StatusBoard::default()),
         raw_tap: RawTap::default(),
         clock: Clock::start(),
-    };
-    let (events, log) = event_log(config.publish.event_log);
-    let (frames, newest) = watch::channel(Published::default());
-    let key_interval_ns = (config.publish.keyframe_interval_s * 1.0e9) as u64;
-    let (inbox, metrics) = (Arc::clone(&outlets.inbox), Arc::clone(&outlets.metrics));
-    let publisher = Publisher {
-        inbox,
-        frames,
-        events,
-        metrics,
-        key_interval_ns,
-    };
-    let publisher_thread = spawn("publisher", move || publisher.run())?;
-
-    let engine = Engine::new(outlets.clone(), config.plan);
-    let loop_of_world = Ticker::new(engine, requests, config.mode);
-    let (ended, tick_ended) = watch::channel(());
-    let tick_thread = spawn("tick", move || {
-        // Dropped at the end, in whatever way that comes.
-        let _ended = ended;
-        loop_of_world.run();
-    })?;
-
-    let recordings = Arc::new(RecordingDesk::new(
-        config.recording.dir.clone(),
-        config.session,
-    ));
-    let backend = Backend {
-        ticker: ticker.clone(),
-        frames: FrameLane {
-            inbox: outlets.inbox,
-            frames: newest,
-            metrics: Arc::clone(&outlets.metrics),
-        },
-        events: log,
-        sources: outlets.sources.clone(),
-        metrics: outlets.metrics,
-        status: outlets.status,
-        recordings,
-        clock: outlets.clock,
-        stopping: stopping.clone(),
-    };
-    let context = PortContext {
-        sources: outlets.sources,
-        ticker,
-        raw_tap: outlets.raw_tap,
-        clock: outlets.clock,
-    };
-    let ports = SerialPorts::open(&config.devices, &config.hands, &context)?;
-    let front = tokio::spawn(front::serve(listener, backend.clone(), until(stopping)));
-    info!(address = %local_addr, "listening");
-    let daemon = Daemon {
-        local_addr,
-        stop,
-        backend,
-        ports: Some(ports),
-        tick_thread,
-        publisher_thread,
-        front,
-        tick_ended,
-    };
-    if config.recording.from_start {
-        let options = RecordOptions {
-            frames: config.recording.frames,
-            raw: config.recording.raw,
-        };
-        daemon
-            .backend
-            .recordings
-            .start(&daemon.backend.ticker, String::new(), options)
-            .await?;
     }
-    Ok(daemon)
+}
+
+impl Threads {
+    fn spawn(publisher: Publisher, ticker: Ticker) -> Result<Self, DaemonError> {
+        let (sender, ended) = watch::channel(false);
+        let inbox = Arc::clone(&publisher.inbox);
+        let ends = || Ends {
+            ended: sender.clone(),
+            inbox: Arc::clone(&inbox),
+        };
+        let (ends_of_publisher, ends_of_tick) = (ends(), ends());
+        let publisher = spawn("publisher", move || {
+            let _ends = ends_of_publisher;
+            publisher.run();
+        })?;
+        let tick = spawn("tick", move || {
+            let _ends = ends_of_tick;
+            ticker.run();
+        })?;
+        Ok(Self {
+            tick,
+            publisher,
+            ended,
+        })
+    }
+
+    /// Waits for both.
+    fn join(self) -> Result<(), DaemonError> {
+        // What a panic carries has been printed by the thread itself.
+        let panicked = |part| move |_panic| DaemonError::Panicked(part);
+        let ticked = self.tick.join().map_err(panicked("the tick thread"));
+        let published = self.publisher.join().map_err(panicked("the publisher"));
+        ticked.and(published)
+    }
 }
 
 impl Daemon {
@@ -231,10 +285,10 @@ impl Daemon {
         &self.backend
     }
 
-    /// Waits until the tick thread ends by itself, which it does only when it panics.
+    /// Waits until a part ends by itself, which happens only when it panics.
     pub async fn failed(&self) {
-        let mut ended = self.tick_ended.clone();
-        while ended.changed().await.is_ok() {}
+        // An error says that all are gone.
+        let _ = self.threads.ended.clone().wait_for(|ended| *ended).await;
     }
 
     /// Drains: the world stops, streams end, the recording is finished. Connections that do not end within the grace
@@ -245,18 +299,14 @@ impl Daemon {
     pub async fn shutdown(mut self) -> Result<(), DaemonError> {
         info!("stopping");
         self.stop.send_replace(true);
-        let (ports, ticker) = (self.ports.take(), self.backend.ticker.clone());
-        let (tick_thread, publisher_thread) = (self.tick_thread, self.publisher_thread);
+        let (ports, ticker, threads) =
+            (self.ports.take(), self.backend.ticker.clone(), self.threads);
         let threads = tokio::task::spawn_blocking(move || {
-            ports.map(SerialPorts::close);
+            if let Some(ports) = ports {
+                ports.close();
+            }
             ticker.stop();
-            let ticked = tick_thread
-                .join()
-                .map_err(|_| DaemonError::Panicked("the tick thread"));
-            let published = publisher_thread
-                .join()
-                .map_err(|_| DaemonError::Panicked("the publisher"));
-            ticked.and(published)
+            threads.join()
         });
         let threads = threads
             .await

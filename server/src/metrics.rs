@@ -111,6 +111,9 @@ impl Metrics {
     }
 
     /// Everything as OpenMetrics text. `sources` are the devices as they are now.
+    ///
+    /// # Panics
+    /// Never: writing to a string cannot fail.
     pub fn text(&self, sources: &[v1::Device]) -> String {
         self.n_frame_subscribers
             .set(self.frame_subscribers.load(Ordering::Relaxed) as i64);

@@ -209,7 +209,7 @@ fn shapes_survive_and_faces_alone_will_do() {
 }
 
 #[test]
-fn strangers_are_told_what_is_wrong() {
+fn strangers_are_told_what_is_wrong_with_a_shape() {
     let good = || shape(&solids().swap_remove(0));
     let check = |spoil: &dyn Fn(&mut v1::Shape), words: &str| {
         let mut message = good();
@@ -249,7 +249,10 @@ fn strangers_are_told_what_is_wrong() {
         Some(Fault::Holes(0))
     );
     assert!(polyhedron_from(&v1::Shape::default(), "a").is_err());
+}
 
+#[test]
+fn strangers_are_told_what_is_wrong_with_a_sample() {
     let wrist = Some(v1::Pose {
         position: Some(v1::Vec3::default()),
         rotation: None,
@@ -305,6 +308,10 @@ fn strangers_are_told_what_is_wrong() {
         },
         "wrist is no rotation",
     );
+}
+
+#[test]
+fn a_lost_hand_is_no_fault_and_an_empty_model_is_one() {
     assert_eq!(
         hand_sample_from(&v1::HandSample {
             valid: false,

@@ -142,9 +142,11 @@ impl Driver {
     /// What the hand has in this step. Samples that arrived since the last one are moved to `arrived`.
     pub fn input(&mut self, time: StepTime, arrived: &mut Vec<Arrived>) -> HandInput {
         let sample = match &self.feed {
-            Feed::Track { track, outside } => self.from_track(&Arc::clone(track), *outside, time),
-            Feed::Device { between } => self.from_lane(*between, time, arrived),
-            Feed::Remote { .. } => self.from_lane(Between::Hold, time, arrived),
+            Feed::Track { track, outside } => {
+                self.sample_of_track(&Arc::clone(track), *outside, time)
+            }
+            Feed::Device { between } => self.sample_of_lane(*between, time, arrived),
+            Feed::Remote { .. } => self.sample_of_lane(Between::Hold, time, arrived),
         };
         HandInput {
             hand: self.hand,
@@ -152,7 +154,7 @@ impl Driver {
         }
     }
 
-    fn from_track(
+    fn sample_of_track(
         &mut self,
         track: &Motion,
         outside: Outside,
@@ -170,7 +172,7 @@ impl Driver {
         Some(self.filtered(sample, source_ns))
     }
 
-    fn from_lane(
+    fn sample_of_lane(
         &mut self,
         between: Between,
         time: StepTime,
