@@ -30,8 +30,12 @@ pub mod event_log;
 pub mod convert;
 /// Recordings: written, read, verified, exported.
 pub mod record;
+/// Emulated devices, worn by a hand whose motion is known.
+pub mod emulate;
 /// Scenes against hand motion, offline.
 pub mod offline;
+/// The paper's experiments, done again.
+pub mod experiment;
 /// What is handed to a recording.
 pub mod recorder_handle;
 /// What the daemon counts about itself.
