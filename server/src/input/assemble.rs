@@ -5,7 +5,7 @@ use tsukamu_devices::glove::sensor::GloveSensor;
 use tsukamu_devices::reading::{GloveReading, TrackerReading};
 use tsukamu_world::hand::sample::{FingerAngles, FingerPose, HandSample, JointAngles, ThumbAngles};
 
-use super::sources::Arrived;
+use super::sources::{Arrived, News};
 
 /// How old one half may be when the other arrives, in nanoseconds: beyond it there is no hand.
 const HALF_AGE_MAX_NS: u64 = 250_000_000;
@@ -42,7 +42,7 @@ impl Assembly {
     /// The sample that a glove's reading makes with the tracker's newest.
     pub fn push_glove(&mut self, reading: &GloveReading) -> Option<Arrived> {
         self.glove = Some((reading.stamp_ns, joint_angles(reading)));
-        self.sample(reading.stamp_ns)
+        self.sample(reading.stamp_ns, News::Fingers)
     }
 
     /// The sample that a tracker's reading makes with the glove's newest.
@@ -52,11 +52,11 @@ impl Assembly {
             self.mount.world_from_transmitter * pose * self.mount.wrist_from_sensor.inverse()
         });
         self.tracker = Some((reading.stamp_ns, wrist));
-        self.sample(reading.stamp_ns)
+        self.sample(reading.stamp_ns, News::Wrist)
     }
 
     /// `None` while one half is missing or old; a sample without a hand where one half says that it sees none.
-    fn sample(&self, now_ns: u64) -> Option<Arrived> {
+    fn sample(&self, now_ns: u64, news: News) -> Option<Arrived> {
         let ((glove_ns, angles), (tracker_ns, wrist)) =
             (self.glove.as_ref()?, self.tracker.as_ref()?);
         let is_old = |stamp: u64| now_ns.saturating_sub(stamp) > HALF_AGE_MAX_NS;
@@ -74,6 +74,7 @@ impl Assembly {
             source_ns: 0,
             arrival_ns: now_ns,
             sample,
+            news,
         })
     }
 }

@@ -10,7 +10,7 @@ use tsukamu_world::input::HandInput;
 use tsukamu_world::state::HandId;
 use tsukamu_world::step::HandTouch;
 
-use super::between::{Between, Interpolator};
+use super::between::{Between, Joined};
 use super::filter::HandFilter;
 use super::sources::{Arrived, Source};
 use crate::offline::hands::Motion;
@@ -68,7 +68,7 @@ pub struct Driver {
     /// Its filter; `None` is off.
     pub filter: Option<HandFilter>,
     /// Between samples.
-    interpolator: Interpolator,
+    interpolator: Joined,
     /// The newest sample that was applied.
     applied: Option<Applied>,
 }
@@ -111,7 +111,7 @@ impl Driver {
             source,
             feed,
             filter,
-            interpolator: Interpolator::default(),
+            interpolator: Joined::default(),
             applied: None,
         }
     }
@@ -136,7 +136,7 @@ impl Driver {
     /// Forgets everything of the epoch before.
     pub fn begin_epoch(&mut self) {
         self.applied = None;
-        self.interpolator = Interpolator::default();
+        self.interpolator = Joined::default();
     }
 
     /// What the hand has in this step. Samples that arrived since the last one are moved to `arrived`.
@@ -187,7 +187,7 @@ impl Driver {
                 .as_ref()
                 .map(|sample| self.filtered(sample.clone(), item.arrival_ns));
             if between == Between::Interpolate {
-                self.interpolator.push(item.arrival_ns, newest.clone());
+                self.interpolator.push(item.arrival_ns, newest.as_ref(), item.news);
             }
         }
         if let Some(last) = arrived[first..].last() {
@@ -200,7 +200,7 @@ impl Driver {
                 });
             }
             let lag_s = self.filter.as_ref().map_or(0.0, HandFilter::lag_s);
-            let lag_s = lag_s + self.interpolator.interval_ns() as f64 * 1.0e-9;
+            let lag_s = lag_s + self.interpolator.delay_ns() as f64 * 1.0e-9;
             self.source.update(|health| health.lag_s = lag_s);
         }
         match between {
@@ -224,7 +224,7 @@ mod tests {
     use tsukamu_world::hand::joint::Side;
     use tsukamu_world::hand::sample::{FingerPose, JointAngles};
 
-    use super::super::sources::Sources;
+    use super::super::sources::{News, Sources};
     use super::*;
 
     fn sample(x: f64) -> HandSample {
@@ -258,6 +258,7 @@ mod tests {
                 source_ns: 7,
                 arrival_ns: u64::from(k),
                 sample: Some(sample(k.into())),
+                news: News::Whole,
             });
         }
         let mut arrived = Vec::new();

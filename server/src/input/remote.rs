@@ -17,7 +17,7 @@ use crate::status::StatusBoard;
 use crate::ticker::request::{NewDriver, NewHand, Request, TickerHandle};
 
 use super::intake::DriveNow;
-use super::sources::{Arrived, Source, Sources};
+use super::sources::{Arrived, News, Source, Sources};
 
 /// Longest name of a hand, bytes.
 const NAME_MAX: usize = 200;
@@ -216,6 +216,7 @@ async fn read(
             source_ns: message.source_ns,
             arrival_ns: clock.monotonic_ns(),
             sample,
+            news: News::Whole,
         });
         received.send_replace(message.source_ns);
     }

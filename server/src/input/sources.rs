@@ -14,6 +14,17 @@ use super::meter::Meter;
 /// Samples that wait for a step, at most: the newest wins, the others are kept for the recording only.
 const LANE_CAPACITY: usize = 64;
 
+/// Which half of a sample is new: a glove and a tracker speak at rates and times of their own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum News {
+    /// Both.
+    Whole,
+    /// The wrist; the fingers are the newest that were known.
+    Wrist,
+    /// The fingers; the wrist is the newest that was known.
+    Fingers,
+}
+
 /// A sample on its way to the tick.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arrived {
@@ -23,6 +34,8 @@ pub struct Arrived {
     pub arrival_ns: u64,
     /// The sample; `None` says that the source has lost the hand.
     pub sample: Option<HandSample>,
+    /// What of it is new.
+    pub news: News,
 }
 
 /// What a source is, where it is, and how it does. Shared by whoever fills it, the tick, and those who ask.
@@ -276,6 +289,7 @@ mod tests {
             source_ns: 0,
             arrival_ns,
             sample: Some(HandSample { wrist, fingers }),
+            news: News::Whole,
         }
     }
 

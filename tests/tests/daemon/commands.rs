@@ -69,6 +69,61 @@ async fn the_clock_stops_and_goes_on() {
     daemon.shutdown().await.expect("a clean end");
 }
 
+/// A cube like the scene's first, beside everything, at a height.
+fn above(scene: &v1::Scene, name: &str, y: f64) -> v1::AddObjectRequest {
+    let position = Some(v1::Vec3 { x: 5.0, y, z: 0.0 });
+    v1::AddObjectRequest {
+        name: name.to_owned(),
+        shape: scene.objects[0].shape.clone(),
+        pose: Some(v1::Pose {
+            position,
+            rotation: None,
+        }),
+        ..v1::AddObjectRequest::default()
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn commands_that_cannot_be_carried_out_are_refused() {
+    let daemon = daemon(cubes(2, 240.0), Mode::Lockstep).await;
+    let (mut control, mut world) = (control(&daemon).await, world(&daemon).await);
+    let now = soon(world.get_scene(v1::GetSceneRequest {}))
+        .await
+        .expect("a scene")
+        .into_inner();
+    let scene = now.scene.expect("a scene");
+    let above = |name, y| above(&scene, name, y);
+    soon(control.remove_object(v1::RemoveObjectRequest { id: 1 }))
+        .await
+        .expect("it is there");
+    let refusals = [
+        soon(control.add_object(above("cube 1", 3.0)))
+            .await
+            .expect_err("the name is taken"),
+        soon(control.add_object(above("deep", -3.0)))
+            .await
+            .expect_err("below the floor"),
+        soon(control.add_object(v1::AddObjectRequest::default()))
+            .await
+            .expect_err("no shape"),
+        soon(control.remove_object(v1::RemoveObjectRequest { id: 1 }))
+            .await
+            .expect_err("gone"),
+        soon(control.release(v1::ReleaseRequest { id: 77 }))
+            .await
+            .expect_err("never there"),
+        soon(control.set_model(v1::SetModelRequest {
+            model: "magic".to_owned(),
+        }))
+        .await
+        .expect_err("no model"),
+    ];
+    let codes = refusals.map(|refusal| refusal.code());
+    let (bad, absent) = (Code::InvalidArgument, Code::NotFound);
+    assert_eq!(codes, [bad, bad, bad, absent, absent, bad]);
+    daemon.shutdown().await.expect("a clean end");
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn objects_come_and_go() {
     let daemon = daemon(cubes(2, 240.0), Mode::Lockstep).await;
@@ -86,20 +141,11 @@ async fn objects_come_and_go() {
             .collect::<Vec<_>>(),
         ["floor", "cube 0", "cube 1"]
     );
-    let shape = scene.objects[0].shape.clone();
+    let above = |name, y| above(&scene, name, y);
     // The cube on the floor comes to rest, and is of no more interest.
     step(&mut control, 1).await;
     let mut frames = watch(&mut world, 0.0).await;
     next_frame(&mut frames, &mut 0).await;
-    let above = |name: &str, y: f64| v1::AddObjectRequest {
-        name: name.to_owned(),
-        shape: shape.clone(),
-        pose: Some(v1::Pose {
-            position: Some(v1::Vec3 { x: 5.0, y, z: 0.0 }),
-            rotation: None,
-        }),
-        ..v1::AddObjectRequest::default()
-    };
     // A freed slot is used again, under another id.
     soon(control.remove_object(v1::RemoveObjectRequest { id: 1 }))
         .await
@@ -139,31 +185,6 @@ async fn objects_come_and_go() {
         (3, "newer"),
     ];
     assert_eq!(names, expected.map(|(id, name)| (id, name.to_owned())));
-    let refusals = [
-        soon(control.add_object(above("new", 3.0)))
-            .await
-            .expect_err("the name is taken"),
-        soon(control.add_object(above("deep", -3.0)))
-            .await
-            .expect_err("below the floor"),
-        soon(control.add_object(v1::AddObjectRequest::default()))
-            .await
-            .expect_err("no shape"),
-        soon(control.remove_object(v1::RemoveObjectRequest { id: 1 }))
-            .await
-            .expect_err("gone"),
-        soon(control.release(v1::ReleaseRequest { id: 77 }))
-            .await
-            .expect_err("never there"),
-        soon(control.set_model(v1::SetModelRequest {
-            model: "magic".to_owned(),
-        }))
-        .await
-        .expect_err("no model"),
-    ];
-    let codes = refusals.map(|refusal| refusal.code());
-    let (bad, absent) = (Code::InvalidArgument, Code::NotFound);
-    assert_eq!(codes, [bad, bad, bad, absent, absent, bad]);
     daemon.shutdown().await.expect("a clean end");
 }
 
@@ -177,10 +198,6 @@ async fn a_scene_is_loaded_into_a_new_epoch() {
         .stamp
         .expect("a stamp");
     step(&mut control, 5).await;
-    let load = |source| v1::LoadSceneRequest {
-        source: Some(source),
-        with_default_hands: false,
-    };
     let toml = v1::load_scene_request::Source::Toml("name = \"bare\"\nrate_hz = 100\n".to_owned());
     let loaded = soon(control.load_scene(load(toml)))
         .await
@@ -207,6 +224,20 @@ async fn a_scene_is_loaded_into_a_new_epoch() {
         (status.scene.as_str(), status.rate_hz, status.n_objects),
         ("bare", 100.0, 0)
     );
+    daemon.shutdown().await.expect("a clean end");
+}
+
+fn load(source: v1::load_scene_request::Source) -> v1::LoadSceneRequest {
+    v1::LoadSceneRequest {
+        source: Some(source),
+        with_default_hands: false,
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_scene_that_is_none_is_refused() {
+    let daemon = daemon(cubes(0, 240.0), Mode::Lockstep).await;
+    let mut control = control(&daemon).await;
     let name = v1::load_scene_request::Source::Name("no/such".to_owned());
     assert_eq!(
         soon(control.load_scene(load(name)))

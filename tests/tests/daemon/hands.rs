@@ -2,7 +2,7 @@
 
 use futures_util::stream::StreamExt;
 use tokio_stream::wrappers::ReceiverStream;
-use tonic::Code;
+use tonic::{Code, Streaming};
 use tsukamu_proto::v1;
 use tsukamu_proto::v1::drive_request::Kind as Ask;
 use tsukamu_proto::v1::drive_response::Kind;
@@ -39,6 +39,20 @@ fn sample(source_ns: u64, x: f64) -> v1::DriveRequest {
     }))
 }
 
+/// The first state that is as wanted.
+async fn state_where(
+    answers: &mut Streaming<v1::DriveResponse>,
+    is_wanted: impl Fn(&v1::DriveState) -> bool,
+) -> v1::DriveState {
+    loop {
+        if let Some(Kind::State(state)) = next(answers).await.kind
+            && is_wanted(&state)
+        {
+            return state;
+        }
+    }
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_client_drives_a_hand_in_lockstep() {
     let daemon = daemon(cubes(0, 240.0), Mode::Lockstep).await;
@@ -58,13 +72,7 @@ async fn a_client_drives_a_hand_in_lockstep() {
     for (tick, x) in [(1, 0.25), (2, 0.5), (3, 0.75)] {
         requests.send(sample(tick * 10, x)).await.expect("sent");
         // In lockstep the daemon says when it has the sample.
-        loop {
-            if let Some(Kind::State(state)) = next(&mut answers).await.kind
-                && state.received_source_ns == tick * 10
-            {
-                break;
-            }
-        }
+        state_where(&mut answers, |state| state.received_source_ns == tick * 10).await;
         step(&mut control, 1).await;
         let frame = next_frame(&mut frames, &mut 0).await;
         let hand = frame.hands.first().expect("the hand is in the frame");
@@ -78,14 +86,8 @@ async fn a_client_drives_a_hand_in_lockstep() {
             Some(x)
         );
         assert!(hand.shown.len() == 60 && hand.tracked.iter().all(|part| part.is_finite()));
-        loop {
-            if let Some(Kind::State(state)) = next(&mut answers).await.kind
-                && state.applied_tick == tick
-            {
-                assert_eq!(state.applied_source_ns, tick * 10);
-                break;
-            }
-        }
+        let applied = state_where(&mut answers, |state| state.applied_tick == tick).await;
+        assert_eq!(applied.applied_source_ns, tick * 10);
     }
     let scene = soon(world.get_scene(v1::GetSceneRequest {}))
         .await
@@ -184,13 +186,7 @@ async fn numbers_that_are_none_are_dropped_and_counted() {
         .await
         .expect("a stream")
         .into_inner();
-    loop {
-        if let Some(Kind::State(state)) = next(&mut answers).await.kind
-            && state.applied_source_ns == 9
-        {
-            assert_eq!(state.dropped, 1);
-            break;
-        }
-    }
+    let state = state_where(&mut answers, |state| state.applied_source_ns == 9).await;
+    assert_eq!(state.dropped, 1);
     daemon.shutdown().await.expect("a clean end");
 }

@@ -7,4 +7,5 @@ mod frames;
 mod front;
 mod hands;
 mod recordings;
+mod serial;
 mod support;

@@ -43,10 +43,6 @@ async fn a_session_is_recorded_and_played_again() {
         ("run.mcap", 0),
         "a new epoch"
     );
-    let again = soon(desk.start_recording(request.clone()))
-        .await
-        .expect_err("one at a time");
-    assert_eq!(again.code(), Code::FailedPrecondition);
     step(&mut control, 100).await;
     soon(control.remove_object(v1::RemoveObjectRequest { id: 2 }))
         .await
@@ -58,22 +54,6 @@ async fn a_session_is_recorded_and_played_again() {
         .into_inner();
     assert_eq!((done.name.as_str(), done.dropped), ("run.mcap", 0));
     assert!(done.messages > 500 && done.bytes > 0, "{done:?}");
-    let list = soon(desk.list_recordings(v1::ListRecordingsRequest {}))
-        .await
-        .expect("a list")
-        .into_inner();
-    assert_eq!(
-        list.recordings
-            .iter()
-            .map(|r| (r.name.as_str(), r.bytes))
-            .collect::<Vec<_>>(),
-        [("run.mcap", done.bytes)]
-    );
-    let taken = soon(desk.start_recording(request))
-        .await
-        .expect_err("the name is taken");
-    assert!(taken.message().contains("run.mcap"), "{taken}");
-
     let play = |name: &str| v1::PlayRecordingRequest {
         name: name.to_owned(),
     };
@@ -92,20 +72,62 @@ async fn a_session_is_recorded_and_played_again() {
         (tick(end.stamp), end.digest),
         "the same to the last bit"
     );
-    assert_eq!(
-        soon(desk.play_recording(play("none.mcap")))
-            .await
-            .expect_err("none")
-            .code(),
-        Code::NotFound
-    );
-    assert_eq!(
-        soon(desk.play_recording(play("../run.mcap")))
-            .await
-            .expect_err("a path")
-            .code(),
-        Code::InvalidArgument
-    );
+    daemon.shutdown().await.expect("a clean end");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn recordings_are_listed_and_mistakes_told() {
+    let mut config = config(cubes(1, 240.0), Mode::Lockstep);
+    config.recording.dir = folder("daemon-list");
+    let daemon = start(config).await.expect("it starts");
+    let mut desk = recordings(&daemon).await;
+    let list = v1::ListRecordingsRequest {};
+    let empty = soon(desk.list_recordings(list))
+        .await
+        .expect("no folder yet")
+        .into_inner();
+    assert!(empty.recordings.is_empty());
+    let idle = soon(desk.stop_recording(v1::StopRecordingRequest {}))
+        .await
+        .expect_err("nothing to stop");
+    assert_eq!(idle.code(), Code::FailedPrecondition);
+    let request = v1::StartRecordingRequest {
+        name: "run".to_owned(),
+        frames: false,
+        raw: false,
+    };
+    soon(desk.start_recording(request.clone()))
+        .await
+        .expect("it begins");
+    let second = soon(desk.start_recording(request.clone()))
+        .await
+        .expect_err("one at a time");
+    assert_eq!(second.code(), Code::FailedPrecondition);
+    let done = soon(desk.stop_recording(v1::StopRecordingRequest {}))
+        .await
+        .expect("it ends")
+        .into_inner();
+    let listed = soon(desk.list_recordings(list))
+        .await
+        .expect("a list")
+        .into_inner()
+        .recordings;
+    let listed: Vec<(&str, u64)> = listed.iter().map(|r| (r.name.as_str(), r.bytes)).collect();
+    assert_eq!(listed, [("run.mcap", done.bytes)]);
+    let taken = soon(desk.start_recording(request))
+        .await
+        .expect_err("the name is taken");
+    assert!(taken.message().contains("run.mcap"), "{taken}");
+    for (name, code) in [
+        ("none.mcap", Code::NotFound),
+        ("../run.mcap", Code::InvalidArgument),
+    ] {
+        let request = v1::PlayRecordingRequest {
+            name: name.to_owned(),
+        };
+        let refused = soon(desk.play_recording(request)).await.expect_err(name);
+        assert_eq!(refused.code(), code, "{refused}");
+    }
     daemon.shutdown().await.expect("a clean end");
 }
 
