@@ -105,7 +105,7 @@ fn release(world: &mut World, id: ObjectId) {
 }
 
 fn reset(world: &mut World) {
-    let floor = world.scene().floor_height;
+    let (floor, track_length) = (world.scene().floor_height, world.scene().track_length());
     let n_slots = world.state().slots.len() as u32;
     let mut stage = world.stage();
     stage.frame.events.push(Event {
@@ -119,7 +119,7 @@ fn reset(world: &mut World) {
         }
         let body = stage.state.taken(slot);
         let spec = Arc::clone(&body.spec);
-        *body = Body::new(spec, body.track.capacity());
+        *body = Body::new(spec, track_length);
         body.on_floor = is_on(&body.spec.shape, &body.pose, floor);
         stage.state.wake(slot);
         stage.note_motion(slot);

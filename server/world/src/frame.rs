@@ -1,6 +1,7 @@
 //! What one tick shows to the outside: which objects changed, where the hands are, what happened.
 
 use nalgebra::{Isometry3, Point3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::hand::joint::{N_JOINTS, Side};
 use crate::hand::part::JudgementPart;
@@ -41,7 +42,7 @@ pub struct HandFrame {
 }
 
 /// Whether a hand is followed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Tracking {
     /// No sample has come yet.
     #[default]
@@ -78,7 +79,7 @@ pub struct Event {
 }
 
 /// Part of an object that a hand touches.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Feature {
     /// A face, by index in the object's shape; touched by a judgement point.
     Face(u32),

@@ -29,11 +29,13 @@ pub mod query;
 pub mod scene;
 /// The stages of a step.
 mod stages;
+/// A world as bytes.
+pub mod snapshot;
 /// Everything that a step may change.
 pub mod state;
 /// The world and its step: the list of stages.
 pub mod step;
-/// Asserts the state's invariants in debug builds.
+/// The state's invariants: asserted in debug builds, checked in snapshots.
 mod validate;
 
 pub use input::StepInput;

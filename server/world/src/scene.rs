@@ -248,6 +248,11 @@ impl Scene {
         faults
     }
 
+    /// Positions that a touched object keeps: as many as the throw window has steps, plus one.
+    pub fn track_length(&self) -> usize {
+        (self.throw_window_s * self.rate_hz).ceil() as usize + 1
+    }
+
     /// Seconds per step.
     pub fn step_length_s(&self) -> f64 {
         1.0 / self.rate_hz

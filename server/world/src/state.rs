@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::contact::Touch;
 use crate::hand::hand_state::HandState;
@@ -33,11 +34,11 @@ impl ObjectId {
 }
 
 /// Names a hand; chosen by whoever adds it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct HandId(pub u32);
 
 /// How the hands touch an object (Fig. 12 of the paper).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ContactState {
     /// No hand touches it.
     #[default]
@@ -63,7 +64,7 @@ impl ContactState {
 }
 
 /// What an object does when no hand touches it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Rest {
     /// It moves, or may: it is looked at in every step.
     #[default]
@@ -75,7 +76,7 @@ pub enum Rest {
 }
 
 /// A grasp that lives while each tick judges it anew.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hold {
     /// The hand that the object follows, or `None` while only the contacts of several hands together hold it.
     pub leader: Option<HandId>,

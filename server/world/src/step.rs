@@ -131,19 +131,25 @@ impl World {
         ))
     }
 
-    fn with(scene: Scene, state: State) -> Self {
+    /// A world in that state.
+    pub(crate) fn with(scene: Scene, state: State) -> Self {
         let boxes = state.slots.iter().map(|slot| {
             slot.body
                 .as_ref()
                 .map(|b| b.spec.shape.aabb().moved(&b.pose))
         });
         let broad = BroadPhase::new(boxes.collect());
+        let frame = Frame {
+            tick: state.tick,
+            time_s: state.tick as f64 * scene.step_length_s(),
+            ..Frame::default()
+        };
         Self {
             scene,
             state,
             broad,
             scratch: Scratch::default(),
-            frame: Frame::default(),
+            frame,
         }
     }
 
@@ -275,8 +281,7 @@ impl World {
 
 /// An object at its start in a scene.
 pub(crate) fn start(scene: &Scene, spec: Arc<crate::scene::ObjectSpec>) -> Body {
-    let window_steps = (scene.throw_window_s * scene.rate_hz).ceil() as usize;
-    let mut body = Body::new(spec, window_steps + 1);
+    let mut body = Body::new(spec, scene.track_length());
     body.on_floor = is_on(&body.spec.shape, &body.pose, scene.floor_height);
     body
 }

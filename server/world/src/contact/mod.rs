@@ -14,6 +14,7 @@ mod point_face;
 mod segment_edge;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::frame::Feature;
 use crate::hand::hand_state::HandState;
@@ -29,7 +30,7 @@ const CLING_M: f64 = 1.0e-7;
 const LEAVING_M: f64 = 1.0e-9;
 
 /// One contact of one hand with one object.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Touch {
     /// Whose contact.
     pub hand: HandId,

@@ -1,6 +1,7 @@
 //! One hand of the world, from step to step.
 
 use nalgebra::{Isometry3, Point3};
+use serde::{Deserialize, Serialize};
 
 use super::joint::{Finger, N_FINGERS, N_JOINTS};
 use super::judgement::{JointMemory, PosedHand, pose_hand};
@@ -12,7 +13,7 @@ use crate::polyhedron::aabb::Aabb;
 use crate::state::HandId;
 
 /// One hand of the world.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct HandState {
     /// Its name in the world.
     pub id: HandId,
@@ -35,7 +36,7 @@ pub struct HandState {
 }
 
 /// What the shown hand remembers of one finger.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Opening {
     /// The path back to the pose in which the finger touched first; `None` while it touches nothing.
     pub path: Option<OpeningPath>,

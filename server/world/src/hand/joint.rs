@@ -1,7 +1,9 @@
 //! The names of a hand's parts: sides, fingers and the twenty joints that are judgement points.
 
+use serde::{Deserialize, Serialize};
+
 /// Which hand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Side {
     /// The left hand.
     Left,

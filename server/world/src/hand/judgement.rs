@@ -1,6 +1,7 @@
 //! The posed hand: judgement points and segments in world space (Funahashi et al. 1998, §3.1).
 
 use nalgebra::{Isometry3, Point3};
+use serde::{Deserialize, Serialize};
 
 use super::joint::{Finger, JointId, N_JOINTS, POINTS_PER_FINGER};
 use super::kinematics::forward;
@@ -10,7 +11,7 @@ use super::sample::{FingerPose, HandSample};
 use super::skeleton::HandModel;
 
 /// One hand's judgement points and segments at one time, in world space, ordered as [`PartLayout`] says.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PosedHand {
     /// `world_from_wrist`.
     pub wrist: Isometry3<f64>,
@@ -25,7 +26,7 @@ pub struct PosedHand {
 }
 
 /// Where each joint was last seen, in the wrist's space; what a joint that is not tracked now falls back on.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct JointMemory {
     /// Metres in the wrist's space; `None` for a joint that was never tracked.
     pub places: [Option<Point3<f64>>; N_JOINTS],

@@ -6,13 +6,15 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use super::joint::{
     Finger, JOINT_NAMES, JointId, LINKS_PER_FINGER, N_FINGERS, N_JOINTS, POINTS_PER_FINGER,
 };
 use super::skeleton::HandModel;
 
 /// One judgement point or segment of a hand, by index.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum JudgementPart {
     /// Index into [`super::judgement::PosedHand::points`].
     Point(u16),

@@ -12,6 +12,7 @@
 
 use libm::{atan2, cos, sin};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::joint::{Finger, LINKS_PER_FINGER, POINTS_PER_FINGER};
 use super::skeleton::{HandModel, turned};
@@ -28,7 +29,7 @@ pub struct FingerLinks {
 }
 
 /// The directions a finger opens through: unit vectors in the space of its [`FingerLinks`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OpeningPath {
     /// Link directions when the finger first touched the object.
     pub touched: [Vector3<f64>; LINKS_PER_FINGER],

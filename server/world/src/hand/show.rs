@@ -9,7 +9,7 @@ use super::retract::{FingerLinks, OpeningPath, retract_finger};
 use super::skeleton::HandModel;
 use crate::polyhedron::Polyhedron;
 use crate::query::point::{is_deeper, signed_distance};
-use crate::query::segment_depth::max_depth_on_segment;
+use crate::query::segment_depth::max_depth_above;
 
 /// Something that a hand holds, as seen from its wrist.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +35,7 @@ impl<'a> Held<'a> {
         }
     }
 
-    /// How deep a finger with these joints (wrist space) is inside: points and ridges, metres.
+    /// How deep a finger with these joints (wrist space) is inside: points and ridges, metres; 0 outside.
     fn depth(
         &self,
         model: &HandModel,
@@ -49,19 +49,19 @@ impl<'a> Held<'a> {
             .windows(2)
             .all(|ends| is_far(&ends[0], &ends[1], reach + radii[0]))
         {
-            return f64::NEG_INFINITY;
+            return 0.0;
         }
-        let mut deepest = f64::NEG_INFINITY;
+        let mut deepest = 0.0_f64;
         for point in &points {
             // Its own distance is asked for only where it can be the deepest.
-            if model.point_radius > 0.0 || is_deeper(self.shape, point, deepest.max(0.0)) {
+            if model.point_radius > 0.0 || is_deeper(self.shape, point, deepest) {
                 let depth = model.point_radius - signed_distance(self.shape, point).distance;
                 deepest = deepest.max(depth);
             }
         }
         self.axes.finger_ridges(finger, &points, radii, |[a, b]| {
             if !is_far(&a, &b, reach) {
-                deepest = deepest.max(max_depth_on_segment(self.shape, &a, &b));
+                deepest = max_depth_above(self.shape, &a, &b, deepest);
             }
         });
         deepest
@@ -112,7 +112,7 @@ fn open(
             .iter()
             .flatten()
             .map(|held| held.depth(model, finger, points));
-        depths.fold(f64::NEG_INFINITY, f64::max)
+        depths.fold(0.0, f64::max)
     };
     let found = retract_finger(tracked, path, last, &mut depth);
     hand.openings[finger.index()].opening = found.opening;

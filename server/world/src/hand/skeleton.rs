@@ -2,12 +2,13 @@
 
 use libm::{cos, sin};
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::joint::{Finger, LINKS_PER_FINGER, N_FINGERS, Side};
 
 /// One hand as a scene or a wearer defines it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HandModel {
     /// Which hand.
     pub side: Side,
@@ -22,14 +23,14 @@ pub struct HandModel {
 }
 
 /// The bones of one hand in the wrist's space (see [`super::sample::HandSample::wrist`] for its axes).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Skeleton {
     /// The five fingers, in [`Finger::ALL`] order.
     pub fingers: [FingerBones; N_FINGERS],
 }
 
 /// The bones of one finger.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FingerBones {
     /// The joint nearest the palm in the wrist's space, metres: the thumb's CMC, the other fingers' MCP.
     pub base: Point3<f64>,

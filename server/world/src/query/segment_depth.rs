@@ -37,6 +37,16 @@ pub fn max_depth_on_segment(shape: &Polyhedron, a: &Point3<f64>, b: &Point3<f64>
     deepest_on_segment(shape, a, b, 0.0).depth
 }
 
+/// The same where only depths above `floor` metres (0 or more) matter: `floor` for a segment that goes no deeper,
+/// which is found out much sooner.
+pub fn max_depth_above(shape: &Polyhedron, a: &Point3<f64>, b: &Point3<f64>, floor: f64) -> f64 {
+    let stays_above = |plane: &[f64; 4]| height(plane, a) >= -floor && height(plane, b) >= -floor;
+    if is_few_planes(shape) && shape.planes().iter().any(stays_above) {
+        return floor;
+    }
+    deepest_on_segment(shape, a, b, floor).depth.max(floor)
+}
+
 /// See [`max_depth_on_segment`]. Depths up to `floor` metres (0 or more) need not be told apart.
 pub(super) fn deepest_on_segment(
     shape: &Polyhedron,

@@ -72,7 +72,7 @@ fn place(stage: &mut Stage<'_>, found: &Found, contact: ContactState, pose: Isom
         .touches
         .get(found.touches.start)
         .map(|touch| touch.hand);
-    let floor = stage.scene.floor_height;
+    let (floor, track_length) = (stage.scene.floor_height, stage.scene.track_length());
     stage.state.wake(slot);
     let body = stage.state.taken(slot);
     let before = body.pose;
@@ -83,7 +83,7 @@ fn place(stage: &mut Stage<'_>, found: &Found, contact: ContactState, pose: Isom
     body.spin = inertia::unit(pose.rotation * before.rotation.inverse());
     body.on_floor = is_on(&body.spec.shape, &pose, floor);
     body.topple_case = 0;
-    keep_track(body);
+    keep_track(body, track_length);
     let moved = pose != before;
     body.still &= !moved;
     if let Verdict::Grasped(pair) = &found.verdict {
@@ -153,10 +153,9 @@ fn let_go(stage: &mut Stage<'_>, found: &Found, reason: ReleaseReason) {
 }
 
 /// Keeps the last positions of a touched object, as many as the throw window asks for.
-fn keep_track(body: &mut Body) {
-    let window = body.track.capacity();
-    if window > 2 {
-        if body.track.len() == window {
+fn keep_track(body: &mut Body, length: usize) {
+    if length > 2 {
+        if body.track.len() == length {
             body.track.remove(0);
         }
         body.track.push(body.position());
