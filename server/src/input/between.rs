@@ -12,7 +12,7 @@
 //! ```
 
 use tsukamu_motion::track::between;
-use tsukamu_world::hand::sample::HandSample;
+use tsukamu_world::hand::sample::{FingerPose, HandSample};
 
 use super::sources::News;
 
@@ -66,8 +66,14 @@ impl Joined {
             return None;
         }
         let (wrist, fingers) = (self.wrist.at(now_ns)?, self.fingers.at(now_ns)?);
-        let carried = wrist.wrist * fingers.wrist.inverse();
-        Some(fingers.moved(&carried))
+        let fingers = match fingers.fingers {
+            FingerPose::Angles(angles) => FingerPose::Angles(angles),
+            FingerPose::Points(points) => {
+                let carried = wrist.wrist * fingers.wrist.inverse();
+                FingerPose::Points(points.map(|point| point.map(|point| carried * point)))
+            }
+        };
+        Some(HandSample { wrist: wrist.wrist, fingers })
     }
 }
 
@@ -124,7 +130,7 @@ impl Interpolator {
 #[cfg(test)]
 mod tests {
     use nalgebra::{Isometry3, Translation3, UnitQuaternion};
-    use tsukamu_world::hand::sample::{FingerPose, JointAngles};
+    use tsukamu_world::hand::sample::JointAngles;
 
     use super::*;
 

@@ -200,7 +200,7 @@ impl Driver {
                 });
             }
             let lag_s = self.filter.as_ref().map_or(0.0, HandFilter::lag_s);
-            let lag_s = lag_s + self.interpolator.delay_ns() as f64 * 1.0e-9;
+            let lag_s = lag_s + self.interpolator.lag_ns() as f64 * 1.0e-9;
             self.source.update(|health| health.lag_s = lag_s);
         }
         match between {
