@@ -27,10 +27,10 @@ pub mod polyhedron;
 pub mod query;
 /// What a run starts from.
 pub mod scene;
-/// The stages of a step.
-mod stages;
 /// A world as bytes.
 pub mod snapshot;
+/// The stages of a step.
+mod stages;
 /// Everything that a step may change.
 pub mod state;
 /// The world and its step: the list of stages.

@@ -9,7 +9,7 @@ use tsukamu_world::hand::sample::{FingerPose, HandSample};
 use crate::script::{cube, hand_with, kinds, object, posed, run, scene};
 
 /// A hand whose two fingertips and two joints wander about near the origin: pushes, grasps and drops as it comes.
-fn wandering(seed: u64, step: u32) -> HandSample {
+pub(crate) fn wandering(seed: u64, step: u32) -> HandSample {
     let phase =
         |k: u64| (seed.wrapping_mul(2_654_435_761).wrapping_add(k * 40_503) % 628) as f64 / 100.0;
     let wave = |k: u64, rate: f64| libm_sin(f64::from(step) * rate + phase(k));

@@ -13,4 +13,5 @@ mod hands_together;
 mod laws;
 mod neighbours;
 mod script;
+mod snapshots;
 mod steady;
