@@ -41,7 +41,14 @@ impl Daemon {
     /// The real binary with a synthetic hand, recording from the start.
     fn start(folder: &Path) -> Self {
         let child = Command::new(env!("CARGO_BIN_EXE_tsukamud"))
-            .args(["serve", "--listen", "127.0.0.1:0", "--scene", "operations/free", "--record"])
+            .args([
+                "serve",
+                "--listen",
+                "127.0.0.1:0",
+                "--scene",
+                "operations/free",
+                "--record",
+            ])
             .arg("--recording-dir")
             .arg(folder)
             .args(["--rate-hz", &RATE_HZ.to_string(), "--log", "warn"])
@@ -53,9 +60,15 @@ impl Daemon {
     /// Where it listens, from what it says in the terminal.
     fn address(&mut self) -> String {
         let stdout = self.0.stdout.take().expect("it is piped");
-        let mut lines = BufReader::new(stdout).lines().map(|line| line.expect("text"));
-        let line = lines.find(|line| line.contains("http://")).expect("it says where it listens");
-        let address = line.split_whitespace().find(|word| word.starts_with("http://"));
+        let mut lines = BufReader::new(stdout)
+            .lines()
+            .map(|line| line.expect("text"));
+        let line = lines
+            .find(|line| line.contains("http://"))
+            .expect("it says where it listens");
+        let address = line
+            .split_whitespace()
+            .find(|word| word.starts_with("http://"));
         address.expect("an address").to_owned()
     }
 }
@@ -64,9 +77,17 @@ impl Daemon {
 async fn watch_until(address: String, tick: u64) -> u64 {
     let mut world = WorldClient::connect(address).await.expect("it listens");
     let request = v1::WatchFramesRequest { max_rate_hz: 0.0 };
-    let mut frames = world.watch_frames(request).await.expect("a stream").into_inner();
+    let mut frames = world
+        .watch_frames(request)
+        .await
+        .expect("a stream")
+        .into_inner();
     loop {
-        let message = frames.message().await.expect("no error").expect("the stream goes on");
+        let message = frames
+            .message()
+            .await
+            .expect("no error")
+            .expect("the stream goes on");
         if let Some(Kind::Frame(frame)) = message.kind {
             let seen = frame.stamp.expect("a stamp").tick;
             if seen >= tick {
@@ -97,12 +118,22 @@ async fn a_killed_recording_verifies_but_for_its_last_second() {
     let mut files = std::fs::read_dir(&folder.0).expect("the folder");
     let path = files.next().expect("a recording").expect("an entry").path();
     let found = check(&path);
-    assert_eq!((&found.fault, &found.ending), (&None, &Some(Ending::Cut)), "{found:?}");
-    assert!(found.ticks + RATE_HZ >= seen, "{} of {seen} ticks are readable", found.ticks);
+    assert_eq!(
+        (&found.fault, &found.ending),
+        (&None, &Some(Ending::Cut)),
+        "{found:?}"
+    );
+    assert!(
+        found.ticks + RATE_HZ >= seen,
+        "{} of {seen} ticks are readable",
+        found.ticks
+    );
     assert!(found.digests >= TICKS / RATE_HZ - 1, "{found:?}");
 
     let command = |args: &[&Path]| {
-        let binary = Command::new(env!("CARGO_BIN_EXE_tsukamud")).args(args).output();
+        let binary = Command::new(env!("CARGO_BIN_EXE_tsukamud"))
+            .args(args)
+            .output();
         binary.expect("the binary starts")
     };
     let verified = command(&[Path::new("verify"), &path]);

@@ -12,7 +12,8 @@ fn deploy() -> PathBuf {
 }
 
 fn settings(name: &str) -> Settings {
-    load(Some(&deploy().join(name)), &Overrides::default()).unwrap_or_else(|mistakes| panic!("{mistakes}"))
+    load(Some(&deploy().join(name)), &Overrides::default())
+        .unwrap_or_else(|mistakes| panic!("{mistakes}"))
 }
 
 #[test]
@@ -21,7 +22,11 @@ fn every_sample_is_without_mistakes() {
     let mut n_samples = 0;
     for entry in entries {
         let path = entry.expect("an entry").path();
-        let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+        let name = path
+            .file_name()
+            .expect("a name")
+            .to_string_lossy()
+            .into_owned();
         if name.starts_with("calibration") {
             calibration::load(&path).unwrap_or_else(|mistakes| panic!("{mistakes}"));
         } else if name.ends_with(".toml") {
@@ -37,15 +42,28 @@ fn every_sample_is_without_mistakes() {
 #[test]
 fn the_real_set_up_is_a_calibrated_glove_and_a_tracker_on_one_hand() {
     let settings = settings("cyberglove-fastrak.toml");
-    let [glove, tracker] = settings.devices.as_slice() else { panic!("{:?}", settings.devices) };
-    let DeviceKind::CyberGlove { calibration, .. } = &glove.kind else { panic!("{glove:?}") };
+    let [glove, tracker] = settings.devices.as_slice() else {
+        panic!("{:?}", settings.devices)
+    };
+    let DeviceKind::CyberGlove { calibration, .. } = &glove.kind else {
+        panic!("{glove:?}")
+    };
     assert_eq!(calibration.sensor(GloveSensor::IndexMcp).raw_at_zero, 47.0);
-    assert!(glove.port.starts_with("/dev/serial/by-id/") && tracker.port.starts_with("/dev/serial/by-id/"));
+    assert!(
+        glove.port.starts_with("/dev/serial/by-id/")
+            && tracker.port.starts_with("/dev/serial/by-id/")
+    );
     assert_eq!((settings.hands.len(), settings.recording.raw), (1, true));
 }
 
 #[test]
 fn the_emulated_set_up_finds_what_emulate_links() {
-    let ports = settings("emulated.toml").devices.into_iter().map(|device| device.port);
-    assert_eq!(ports.collect::<Vec<_>>(), ["/tmp/tsukamu-glove", "/tmp/tsukamu-tracker"]);
+    let ports = settings("emulated.toml")
+        .devices
+        .into_iter()
+        .map(|device| device.port);
+    assert_eq!(
+        ports.collect::<Vec<_>>(),
+        ["/tmp/tsukamu-glove", "/tmp/tsukamu-tracker"]
+    );
 }

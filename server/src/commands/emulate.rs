@@ -25,6 +25,7 @@ enum Device {
     /// A Fastrak with a receiver on the wrist.
     Fastrak,
     /// Both, in step, with the settings that plug them in.
+    #[value(alias = "both")]
     Hand,
 }
 
@@ -61,8 +62,9 @@ pub(super) struct EmulateArgs {
 
 /// Emulates a device until Ctrl-C.
 pub(super) fn emulate(args: &EmulateArgs) -> Result<(), Failure> {
+    let (motion, scene) = motion(args)?;
     let played = Played {
-        motion: motion(args)?,
+        motion,
         repeats: !args.once,
     };
     let calibration = match &args.calibration {
@@ -98,15 +100,21 @@ pub(super) fn emulate(args: &EmulateArgs) -> Result<(), Failure> {
     let glove_path = glove.as_ref().map(|glove| glove.path().to_owned());
     let tracker_path = tracker.as_ref().map(|tracker| tracker.path().to_owned());
     match (glove_path, tracker_path) {
-        (Some(glove), Some(tracker)) => say(&sample_settings(&glove, &tracker, side, args))?,
-        (path, other) => say(&path.or(other).unwrap_or_default().display().to_string())?,
+        (Some(glove), Some(tracker)) => {
+            say(&sample_settings(&glove, &tracker, side, &scene, args))?
+        }
+        (Some(path), None) | (None, Some(path)) => {
+            say(&path.display().to_string())?;
+            tell(&sample_device(&path, args));
+        }
+        (None, None) => {}
     }
     tell("emulating until Ctrl-C");
     until_interrupted()
 }
 
-/// The motion of the hand that wears the device.
-fn motion(args: &EmulateArgs) -> Result<Motion, Failure> {
+/// The motion of the hand that wears the device, and the scene that it acts in.
+fn motion(args: &EmulateArgs) -> Result<(Motion, String), Failure> {
     let text = &args.motion;
     let bare = text.split(['?', ',']).next().unwrap_or_default();
     let bare = bare.strip_prefix("synthetic:").unwrap_or(bare);
@@ -132,8 +140,8 @@ fn motion(args: &EmulateArgs) -> Result<Motion, Failure> {
     };
     let index = motions.iter().position(|motion| motion.side() == wanted);
     match (index, motions.len(), &args.side) {
-        (Some(index), _, _) => Ok(motions.swap_remove(index)),
-        (None, 1, None) => Ok(motions.swap_remove(0)),
+        (Some(index), _, _) => Ok((motions.swap_remove(index), scene.to_owned())),
+        (None, 1, None) => Ok((motions.swap_remove(0), scene.to_owned())),
         _ => Err(usage(format!("it has no {} hand", wanted.name()))),
     }
 }
@@ -149,20 +157,54 @@ fn plug(args: &EmulateArgs, suffix: Option<&str>) -> Plug {
     }
 }
 
+/// The part of a settings file that plugs one device in.
+fn sample_device(path: &Path, args: &EmulateArgs) -> String {
+    let port = args.link.as_deref().unwrap_or(path).display().to_string();
+    let name = if args.device == Device::Fastrak {
+        "tracker"
+    } else {
+        "glove"
+    };
+    let kind = if args.device == Device::Fastrak {
+        "fastrak"
+    } else {
+        "cyberglove"
+    };
+    format!("[[device]]\nname = \"{name}\"\nkind = \"{kind}\"\nport = {port:?}\n")
+}
+
 /// A settings file that plugs both devices in.
-fn sample_settings(glove: &Path, tracker: &Path, side: Side, args: &EmulateArgs) -> String {
+fn sample_settings(
+    glove: &Path,
+    tracker: &Path,
+    side: Side,
+    scene: &str,
+    args: &EmulateArgs,
+) -> String {
     let at = |path: &Path, suffix: &str| {
         plug(args, Some(suffix))
             .link
             .unwrap_or_else(|| path.to_owned())
     };
     let (glove, tracker) = (at(glove, "glove"), at(tracker, "tracker"));
-    let calibration = args.calibration.as_ref().map_or_else(String::new, |file| {
-        let file = std::path::absolute(file).unwrap_or_else(|_| file.clone());
-        format!("calibration = {:?}\n", file.display().to_string())
+    let absolute = |file: &Path| {
+        let file = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+        file.display().to_string()
+    };
+    let calibration = args.calibration.as_ref();
+    let calibration = calibration.map_or_else(String::new, |file| {
+        format!("calibration = {:?}\n", absolute(file))
     });
+    let is_builtin = builtin::text(scene).is_some();
+    let scene = if is_builtin {
+        scene.to_owned()
+    } else {
+        absolute(Path::new(scene))
+    };
     format!(
         "# Settings for `tsukamud --config FILE` while this runs.\n\
+         # `tsukamu reset` puts the objects back for another round.\n\
+         scene = {scene:?}\n\n\
          [[device]]\nname = \"glove\"\nkind = \"cyberglove\"\nport = {:?}\n{calibration}\n\
          [[device]]\nname = \"tracker\"\nkind = \"fastrak\"\nport = {:?}\n\n\
          [[hand]]\nname = \"glove:{side}\"\nside = \"{side}\"\nglove = \"glove\"\ntracker = \"tracker\"",

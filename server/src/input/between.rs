@@ -73,7 +73,10 @@ impl Joined {
                 FingerPose::Points(points.map(|point| point.map(|point| carried * point)))
             }
         };
-        Some(HandSample { wrist: wrist.wrist, fingers })
+        Some(HandSample {
+            wrist: wrist.wrist,
+            fingers,
+        })
     }
 }
 
@@ -89,11 +92,18 @@ struct Interpolator {
 
 impl Interpolator {
     fn push(&mut self, arrival_ns: u64, sample: HandSample) {
-        let since = self.last.as_ref().map(|(last, _)| arrival_ns.saturating_sub(*last));
+        let since = self
+            .last
+            .as_ref()
+            .map(|(last, _)| arrival_ns.saturating_sub(*last));
         match since {
             Some(since) if since <= INTERVAL_MAX_NS => {
                 let change = since as f64 - self.interval_ns;
-                let gain = if self.interval_ns > 0.0 { INTERVAL_GAIN } else { 1.0 };
+                let gain = if self.interval_ns > 0.0 {
+                    INTERVAL_GAIN
+                } else {
+                    1.0
+                };
                 // From where it is: an early sample does not make it jump.
                 self.from = self.at(arrival_ns);
                 self.interval_ns += gain * change;
@@ -141,7 +151,10 @@ mod tests {
             Isometry3::from_parts(Translation3::new(x, 0.0, 0.0), UnitQuaternion::identity());
         HandSample {
             wrist,
-            fingers: FingerPose::Angles(JointAngles { palm_arch, ..JointAngles::default() }),
+            fingers: FingerPose::Angles(JointAngles {
+                palm_arch,
+                ..JointAngles::default()
+            }),
         }
     }
 
@@ -172,15 +185,21 @@ mod tests {
     fn an_even_motion_is_even_in_every_step() {
         let jitter = |k: u64| (k * 7919) % (2 * MS);
         let wrist = (0..120).map(|k| (k * 8_333_333 + jitter(k), News::Wrist, k as f64 / 120.0));
-        let fingers = (0..100).map(|k| (k * 10 * MS + jitter(3 * k), News::Fingers, k as f64 / 100.0));
+        let fingers =
+            (0..100).map(|k| (k * 10 * MS + jitter(3 * k), News::Fingers, k as f64 / 100.0));
         let mut all: Vec<_> = wrist.chain(fingers).collect();
         all.sort_by_key(|(arrival_ns, ..)| *arrival_ns);
         let (mut hand, mut next, mut now) = (Joined::default(), 0, (0.0, 0.0));
         let mut seen = Vec::new();
         for tick in 0..230_u64 {
             let at_ns = tick * 4_166_667;
-            while let Some((arrival_ns, news, value)) = all.get(next).filter(|item| item.0 <= at_ns) {
-                now = if *news == News::Wrist { (*value, now.1) } else { (now.0, *value) };
+            while let Some((arrival_ns, news, value)) = all.get(next).filter(|item| item.0 <= at_ns)
+            {
+                now = if *news == News::Wrist {
+                    (*value, now.1)
+                } else {
+                    (now.0, *value)
+                };
                 hand.push(*arrival_ns, Some(&sample(now.0, now.1)), *news);
                 next += 1;
             }
@@ -193,7 +212,10 @@ mod tests {
         for pair in seen[60..].windows(2) {
             let speed = (pair[1].wrist.translation.x - pair[0].wrist.translation.x) * 240.0;
             let bend = (arch(&pair[1]) - arch(&pair[0])) * 240.0;
-            assert!((speed - 1.0).abs() < 0.3 && (bend - 1.0).abs() < 0.3, "{speed} m/s, {bend} rad/s");
+            assert!(
+                (speed - 1.0).abs() < 0.3 && (bend - 1.0).abs() < 0.3,
+                "{speed} m/s, {bend} rad/s"
+            );
         }
     }
 }

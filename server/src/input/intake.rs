@@ -187,7 +187,8 @@ impl Driver {
                 .as_ref()
                 .map(|sample| self.filtered(sample.clone(), item.arrival_ns));
             if between == Between::Interpolate {
-                self.interpolator.push(item.arrival_ns, newest.as_ref(), item.news);
+                self.interpolator
+                    .push(item.arrival_ns, newest.as_ref(), item.news);
             }
         }
         if let Some(last) = arrived[first..].last() {

@@ -104,13 +104,29 @@ fn proves(path: &Path) {
 #[tokio::test(flavor = "multi_thread")]
 async fn eighteen_sensors_grasp_and_throw() {
     let folder = Folder::new("eighteen");
-    let motion = Motion::Synthetic(Box::new(hand("operations/grasp-throw", "grasp-throw?start=3")));
-    let played = Played { motion, repeats: true };
-    let plug = |name: &str| Plug { link: Some(folder.file(name)), baud: None };
-    let _glove =
-        spawn_glove(played.clone(), SensorCount::Eighteen, calibration(), plug("glove")).unwrap();
+    let motion = Motion::Synthetic(Box::new(hand(
+        "operations/grasp-throw",
+        "grasp-throw?start=3",
+    )));
+    let played = Played {
+        motion,
+        repeats: true,
+    };
+    let plug = |name: &str| Plug {
+        link: Some(folder.file(name)),
+        baud: None,
+    };
+    let _glove = spawn_glove(
+        played.clone(),
+        SensorCount::Eighteen,
+        calibration(),
+        plug("glove"),
+    )
+    .unwrap();
     let _tracker = spawn_tracker(played, place(), plug("tracker")).unwrap();
-    let daemon = start(config(&folder, "operations/grasp-throw", 18)).await.unwrap();
+    let daemon = start(config(&folder, "operations/grasp-throw", 18))
+        .await
+        .unwrap();
     let mut seen = Seen::connect(&daemon).await;
     seen.event(|kind| matches!(kind, Kind::Grasped(_))).await;
     seen.carried(MOVED_M).await;

@@ -23,7 +23,10 @@ use tsukamu_server::settings::{self, calibration as calibration_file};
 use tsukamu_world::hand::joint::Side;
 
 /// The wearer: the sample that is installed with the daemon.
-const CALIBRATION: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../deploy/calibration-right.toml");
+const CALIBRATION: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../deploy/calibration-right.toml"
+);
 /// Where the transmitter is, world space, metres.
 const TRANSMITTER: [f64; 3] = [0.2, 0.3, -0.1];
 /// Its turn about y, degrees.
@@ -34,7 +37,8 @@ pub(crate) struct Folder(PathBuf);
 
 impl Folder {
     pub(crate) fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("tsukamu-serial-{name}-{}", std::process::id()));
+        let path =
+            std::env::temp_dir().join(format!("tsukamu-serial-{name}-{}", std::process::id()));
         fs::create_dir_all(&path).unwrap();
         Self(path)
     }
@@ -88,7 +92,10 @@ impl Worn {
     pub(crate) fn new(folder: &Folder, sensors: SensorCount, name: &str) -> Self {
         let stage = Arc::new(Stage::default());
         let hand = Arc::new(hand(&format!("operations/{name}"), name));
-        let line = |name: &str| PtySettings { link: Some(folder.file(name)), baud: 115_200 };
+        let line = |name: &str| PtySettings {
+            link: Some(folder.file(name)),
+            baud: 115_200,
+        };
         let (wearer, time, calibration) = (Arc::clone(&hand), Arc::clone(&stage), calibration());
         let bend = move |_: u64, glove: &mut CyberGloveEmulator| {
             let sample = wearer.sample_at(time.time_s());
@@ -101,10 +108,19 @@ impl Worn {
         let carry = move |_: u64, tracker: &mut FastrakEmulator| {
             let sample = wearer.sample_at(time.time_s());
             let pose = transmitter_from_sensor(&sample.wrist, &place);
-            tracker.set_pose(place.station, Point3::from(pose.translation.vector), pose.rotation);
+            tracker.set_pose(
+                place.station,
+                Point3::from(pose.translation.vector),
+                pose.rotation,
+            );
         };
         let tracker = PtyEmulator::spawn(FastrakEmulator::new(), line("tracker"), carry).unwrap();
-        Self { stage, hand, glove, tracker }
+        Self {
+            stage,
+            hand,
+            glove,
+            tracker,
+        }
     }
 
     /// Where the wrist is before the motion begins, world space.
@@ -137,7 +153,8 @@ pub(crate) fn calibration() -> GloveCalibration {
 
 /// Where the tracker really is, said in another way than in the settings.
 pub(crate) fn place() -> TrackerPlace {
-    let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), TRANSMITTER_YAW_DEG.to_radians());
+    let turn =
+        UnitQuaternion::from_axis_angle(&Vector3::y_axis(), TRANSMITTER_YAW_DEG.to_radians());
     TrackerPlace {
         station: 2,
         world_from_transmitter: Isometry3::from_parts(Translation3::from(TRANSMITTER), turn),
