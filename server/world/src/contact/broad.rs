@@ -37,13 +37,10 @@ impl BroadPhase {
             .iter()
             .zip(&stored)
             .enumerate()
-            .filter(|(_, (bounds, _))| bounds.is_some());
-        let tree = Bvh::from_iter(
-            BvhBuildStrategy::Binned,
-            leaves.map(|(slot, (_, stored))| (slot, to_parry(stored))),
-        );
+            .filter(|(_, (bounds, _))| bounds.is_some())
+            .map(|(slot, (_, stored))| (slot, to_parry(stored)));
         Self {
-            tree,
+            tree: tree(leaves.collect()),
             exact,
             stored,
         }
@@ -92,6 +89,18 @@ impl BroadPhase {
         slots.extend(self.tree.intersect_aabb(&wanted).filter(met));
         slots[first..].sort_unstable();
     }
+}
+
+/// The tree of one or two leaves is built by insertion: parry 0.31's `Bvh::from_iter` takes their indices to be 0 and 1.
+fn tree(leaves: Vec<(usize, parry3d_f64::bounding_volume::Aabb)>) -> Bvh {
+    if leaves.len() > 2 {
+        return Bvh::from_iter(BvhBuildStrategy::Binned, leaves);
+    }
+    let mut tree = Bvh::new();
+    for (slot, bounds) in leaves {
+        tree.insert(bounds, slot as u32);
+    }
+    tree
 }
 
 fn holds(outer: &Aabb, inner: &Aabb) -> bool {
