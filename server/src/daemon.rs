@@ -32,7 +32,7 @@ use crate::settings::{Mode, PublishSettings, RecordingSettings};
 use crate::status::StatusBoard;
 use crate::ticker::Ticker;
 use crate::ticker::engine::{Engine, Outlets};
-use crate::ticker::request::{Plan, TickerHandle};
+use crate::ticker::request::{Beginning, Plan, TickerHandle};
 
 /// How long connections have to end after a stop.
 const GRACE: Duration = Duration::from_secs(3);
@@ -189,7 +189,7 @@ pub async fn start(config: DaemonConfig) -> Result<Daemon, DaemonError> {
         };
         backend
             .recordings
-            .start(&backend.ticker, String::new(), options)
+            .start(&backend.ticker, String::new(), options, Beginning::NewEpoch)
             .await?;
     }
     let front = tokio::spawn(front::serve(listener, backend.clone(), until(stopping)));

@@ -51,6 +51,7 @@ pub fn plan(loaded: &LoadedScene, cast: Cast<'_>) -> Result<Plan, PlanFault> {
         epoch: 0,
         scene: Some(scene(&loaded.scene)),
         source_text: loaded.source_text.clone(),
+        ..v1::SceneRecord::default()
     };
     let world = Box::new(World::new(loaded.scene.clone())?);
     Ok(Plan {

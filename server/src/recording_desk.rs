@@ -11,16 +11,13 @@ use tokio::sync::Mutex;
 use tokio::task::JoinError;
 use tracing::{info, warn};
 use tsukamu_proto::v1;
-use tsukamu_world::World;
-use tsukamu_world::step::SceneFaults;
 
-use crate::convert::fault::Fault;
-use crate::convert::scene::scene_from;
 use crate::record::RecordFault;
+use crate::record::beginning::{BeginningFault, world_at};
 use crate::record::reader;
 use crate::record::writer::{Existing, Finished, RecordingFile, RecordingThread};
-use crate::recorder_handle::{RecordItem, RecordOptions, RecorderHandle};
-use crate::ticker::request::{Plan, Refusal, Request, TickerHandle};
+use crate::recorder_handle::{Record, RecordItem, RecordOptions, RecorderHandle};
+use crate::ticker::request::{Beginning, Plan, Played, Refusal, Request, TickerHandle};
 
 /// Recorded inputs that are read ahead of the world.
 const READ_AHEAD: usize = 1024;
@@ -50,12 +47,9 @@ pub enum DeskFault {
     /// The recording does not begin with a scene.
     #[error("the recording begins without a scene")]
     NoScene,
-    /// Its scene cannot be read.
-    #[error("the recording's scene cannot be read: {0}")]
-    Scene(#[from] Fault),
-    /// Its scene cannot be run.
-    #[error("the recording's scene cannot be run: {0}")]
-    World(#[from] SceneFaults),
+    /// It cannot begin as it says.
+    #[error("the recording cannot be played: {0}")]
+    Beginning(#[from] BeginningFault),
     /// The tick thread refuses.
     #[error(transparent)]
     Refused(#[from] Refusal),
@@ -82,7 +76,7 @@ impl RecordingDesk {
         }
     }
 
-    /// Begins a new epoch and records it. An empty name takes one from the time.
+    /// Begins to record, from the world as it stands or with a new epoch. An empty name takes one from the time.
     ///
     /// # Errors
     /// When one is under way, the name is no file name or taken, or the file cannot be made.
@@ -91,6 +85,7 @@ impl RecordingDesk {
         ticker: &TickerHandle,
         name: String,
         options: RecordOptions,
+        beginning: Beginning,
     ) -> Result<(v1::Stamp, String), DeskFault> {
         let mut open = self.open.lock().await;
         if let Some((name, _)) = open.as_ref() {
@@ -111,6 +106,7 @@ impl RecordingDesk {
             .ask(|reply| Request::Record {
                 recorder,
                 name: name.clone(),
+                beginning,
                 reply,
             })
             .await;
@@ -193,7 +189,7 @@ impl RecordingDesk {
         Ok(list)
     }
 
-    /// What an epoch begins with that plays the first epoch of a recording. Reads the disk: not for async code.
+    /// What an epoch begins with that plays a recording, one epoch after the other. Reads the disk: not for async code.
     ///
     /// # Errors
     /// When there is no such recording, or it does not begin with a scene that can be run.
@@ -209,19 +205,8 @@ impl RecordingDesk {
                 _ => None,
             })
             .ok_or(DeskFault::NoScene)?;
-        let world = World::new(scene_from(
-            record.scene.as_ref().ok_or(DeskFault::NoScene)?,
-        )?)?;
-        let inputs = records
-            .map_while(|record| match record.item {
-                RecordItem::Scene(_) => None,
-                item => Some(item),
-            })
-            .filter_map(|item| match item {
-                RecordItem::Input(input) => Some(input),
-                _ => None,
-            });
-        let playback = Some(read_ahead(inputs).map_err(|source| DeskFault::Folder {
+        let world = world_at(&record)?;
+        let playback = Some(read_ahead(records).map_err(|source| DeskFault::Folder {
             folder: path,
             source,
         })?);
@@ -239,14 +224,25 @@ async fn finish(thread: RecordingThread) -> Result<Finished, DeskFault> {
     Ok(tokio::task::spawn_blocking(move || thread.finish()).await??)
 }
 
-/// Reads on a thread of its own, which ends with the inputs or with the world that takes them.
+/// Reads on a thread of its own, which ends with the recording or with the world that takes it.
 fn read_ahead(
-    inputs: impl Iterator<Item = v1::StepInput> + Send + 'static,
-) -> io::Result<Receiver<v1::StepInput>> {
+    records: impl Iterator<Item = Record> + Send + 'static,
+) -> io::Result<Receiver<Played>> {
     let (sender, receiver) = sync_channel(READ_AHEAD);
     let work = move || {
-        for input in inputs {
-            if sender.send(input).is_err() {
+        for record in records {
+            let played = match record.item {
+                RecordItem::Input(input) => Played::Input(input),
+                RecordItem::Scene(record) => match world_at(&record) {
+                    Ok(world) => Played::Epoch(Box::new(world), record),
+                    Err(fault) => {
+                        warn!(epoch = record.epoch, %fault, "the recording cannot be played on");
+                        return;
+                    }
+                },
+                _ => continue,
+            };
+            if sender.send(played).is_err() {
                 return;
             }
         }

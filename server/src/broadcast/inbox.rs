@@ -94,8 +94,8 @@ pub struct Batch {
     pub head: Option<Head>,
     /// What happened in all these ticks.
     pub events: Vec<EventEntry>,
-    /// The recording to write to from now on, when that changed.
-    pub recorder: Option<Option<RecorderHandle>>,
+    /// The recording to write to, when that changed, and how many of the events here came before.
+    pub recorder: Option<(usize, Option<RecorderHandle>)>,
     /// Who wants the scene.
     pub scene_requests: Vec<oneshot::Sender<SceneNow>>,
     /// Number of the newest tick, over all epochs.
@@ -180,6 +180,11 @@ impl Batch {
             self.changes.sort_by_key(|object| object.id);
             self.changes.dedup_by_key(|object| object.id);
         }
+    }
+
+    /// Says which recording takes the events from now on.
+    pub fn set_recorder(&mut self, recorder: Option<RecorderHandle>) {
+        self.recorder = Some((self.events.len(), recorder));
     }
 
     /// Forgets what was posted of the world before: a new epoch begins. Events stay.

@@ -59,19 +59,26 @@ impl Publisher {
         loop {
             let mut batch = self.inbox.take(spare);
             let has_news = batch.head.is_some();
-            self.log_events(&batch.events, &mirror, recorder.as_ref());
+            let change = batch.recorder.take();
+            let n_before = change.as_ref().map_or(0, |(n_before, _)| *n_before);
+            let (before, after) = batch.events.split_at(n_before);
+            self.log_events(before, &mirror, recorder.as_ref());
+            // A recording that ends gets the newest frame still, one that begins gets it already.
+            let mut frame_recorder = recorder.clone();
+            if let Some((_, change)) = change {
+                frame_recorder = change.clone().or(frame_recorder);
+                recorder = change;
+            }
+            self.log_events(after, &mirror, recorder.as_ref());
             mirror.apply(&mut batch);
             if has_news || batch.wanted {
-                self.publish(&mut mirror, batch.serial, recorder.as_ref());
+                self.publish(&mut mirror, batch.serial, frame_recorder.as_ref());
             }
             for request in batch.scene_requests.drain(..) {
                 if let Some(scene) = mirror.scene() {
                     // Whoever asked may be gone.
                     let _ = request.send(scene);
                 }
-            }
-            if let Some(change) = batch.recorder.take() {
-                recorder = change;
             }
             if batch.stopped {
                 return;

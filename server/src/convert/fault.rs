@@ -107,7 +107,7 @@ impl From<DeskFault> for Status {
             DeskFault::Refused(refusal) => refusal.into(),
             DeskFault::Name(_) => Self::invalid_argument(text),
             DeskFault::Absent(_) => Self::not_found(text),
-            DeskFault::NoScene | DeskFault::Scene(_) | DeskFault::World(_) => Self::data_loss(text),
+            DeskFault::NoScene | DeskFault::Beginning(_) => Self::data_loss(text),
             DeskFault::Folder { .. } | DeskFault::Record(_) | DeskFault::Thread(_) => {
                 Self::internal(text)
             }

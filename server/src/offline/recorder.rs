@@ -55,6 +55,7 @@ impl RunRecorder {
             epoch: EPOCH,
             scene: Some(scene(world.scene())),
             source_text: source_text.to_owned(),
+            ..v1::SceneRecord::default()
         };
         recorder.put(0.0, RecordItem::Scene(Box::new(message)))?;
         Ok(recorder)

@@ -79,7 +79,10 @@ pub fn export(
             Ok(None) => break None,
             Err(fault) => break Some(fault),
             Ok(Some(Moment::Epoch)) => {
-                tables.names = replay.world().map(NameBook::of).unwrap_or_default()
+                tables.names = replay.world().map(NameBook::of).unwrap_or_default();
+                for (hand, name) in replay.hand_names() {
+                    tables.names.name_hand(*hand, name);
+                }
             }
             Ok(Some(Moment::Stepped { message, .. })) => {
                 let Some(world) = replay.world() else {

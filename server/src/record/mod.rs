@@ -5,8 +5,13 @@
 //! for, `/frames` (Frame), `/raw` (RawBytes), `/samples` (RawSample). Each scene's own text is an attachment; build,
 //! settings and counts are metadata.
 //!
+//! A recording begins where the world stood when it was asked for: at a scene's start, or in mid-session with the
+//! state of the world as bytes. Each further scene begins a new epoch.
+//!
 //! A message's log time is the wall stamp of its step, in nanoseconds since the Unix epoch.
 
+/// The world that a recording, or an epoch of it, begins with.
+pub mod beginning;
 /// Tables for spreadsheets.
 pub mod export;
 /// Reads one from its start, also one that was cut off.

@@ -6,13 +6,12 @@ use std::io::Read;
 use tsukamu_proto::v1;
 use tsukamu_proto::v1::world_command::Kind;
 use tsukamu_world::state::HandId;
-use tsukamu_world::step::SceneFaults;
 use tsukamu_world::{StepInput, World};
 
+use super::beginning::{BeginningFault, world_at};
 use super::reader::{Ending, RecordingReader};
 use crate::convert::fault::Fault;
 use crate::convert::input::step_input_from;
-use crate::convert::scene::scene_from;
 use crate::recorder_handle::RecordItem;
 
 /// Why a recording cannot be stepped through any further.
@@ -21,21 +20,13 @@ pub enum ReplayFault {
     /// A step input or digest comes before any scene.
     #[error("the recording begins without a scene")]
     NoScene,
-    /// A recorded scene cannot be one.
-    #[error("the scene of epoch {epoch} cannot be read: {fault}")]
-    Scene {
+    /// An epoch cannot begin as recorded.
+    #[error("epoch {epoch} cannot begin: {fault}")]
+    Beginning {
         /// The epoch.
         epoch: u64,
         /// What is wrong with it.
-        fault: Fault,
-    },
-    /// A recorded scene cannot be run.
-    #[error("the scene of epoch {epoch} cannot be run: {faults}")]
-    SceneFaults {
-        /// The epoch.
-        epoch: u64,
-        /// What is wrong with it.
-        faults: SceneFaults,
+        fault: BeginningFault,
     },
     /// A recorded step input cannot be one.
     #[error("the input of epoch {epoch}, tick {tick} cannot be read: {fault}")]
@@ -66,7 +57,7 @@ pub enum ReplayFault {
 /// What the replay came to.
 #[derive(Debug)]
 pub enum Moment {
-    /// A new world stands at its start.
+    /// A new world stands where its recording begins: at its start, or in mid-session.
     Epoch,
     /// The world was stepped with this input.
     Stepped {
@@ -136,12 +127,17 @@ impl<R: Read> Replay<R> {
         self.epoch
     }
 
-    /// The name of a hand, as recorded when it entered.
+    /// The name of a hand, as recorded when it entered or the recording began.
     pub fn hand_name(&self, hand: HandId) -> String {
         self.hand_names
             .get(&hand)
             .cloned()
             .unwrap_or_else(|| format!("hand {}", hand.0))
+    }
+
+    /// Hands that have been in this epoch's world, and their names.
+    pub const fn hand_names(&self) -> &BTreeMap<HandId, String> {
+        &self.hand_names
     }
 
     /// How the recording ended; `None` before its end.
@@ -156,15 +152,13 @@ impl<R: Read> Replay<R> {
 
     fn begin(&mut self, record: &v1::SceneRecord) -> Result<Moment, ReplayFault> {
         let epoch = record.epoch;
-        let message = record.scene.as_ref().ok_or(Fault::Missing("scene"));
-        let scene = message
-            .and_then(scene_from)
-            .map_err(|fault| ReplayFault::Scene { epoch, fault })?;
-        let world =
-            World::new(scene).map_err(|faults| ReplayFault::SceneFaults { epoch, faults })?;
+        let world = world_at(record).map_err(|fault| ReplayFault::Beginning { epoch, fault })?;
         self.world = Some(world);
         self.epoch = epoch;
-        self.hand_names.clear();
+        let hands = record.scene.iter().flat_map(|scene| &scene.hands);
+        self.hand_names = hands
+            .map(|hand| (HandId(hand.id), hand.name.clone()))
+            .collect();
         Ok(Moment::Epoch)
     }
 

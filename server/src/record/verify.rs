@@ -36,7 +36,7 @@ pub enum VerifyFault {
         epoch: u64,
         /// First tick whose digest differs.
         tick: u64,
-        /// Tick of the last digest that was equal; 0 is the start.
+        /// Tick of the last digest that was equal; before the first, the tick at which the recording begins.
         last_equal: u64,
         /// The digest of the replay.
         computed: u64,
@@ -76,7 +76,7 @@ pub fn verify<R: Read>(
             Ok(None) => break,
             Ok(Some(Moment::Epoch)) => {
                 found.epochs += 1;
-                last_equal = 0;
+                last_equal = replay.world().map_or(0, |world| world.state().tick);
             }
             Ok(Some(Moment::Stepped { .. })) => {
                 found.ticks += 1;

@@ -5,7 +5,7 @@ use tsukamu_proto::v1;
 use tsukamu_proto::v1::recordings_server::Recordings;
 
 use crate::recorder_handle::RecordOptions;
-use crate::ticker::request::Request as Ask;
+use crate::ticker::request::{Beginning, Request as Ask};
 
 use super::{Backend, off_thread};
 
@@ -25,7 +25,12 @@ impl Recordings for RecordingsService {
         let (stamp, name) = self
             .0
             .recordings
-            .start(&self.0.ticker, name, RecordOptions { frames, raw })
+            .start(
+                &self.0.ticker,
+                name,
+                RecordOptions { frames, raw },
+                Beginning::AsItStands,
+            )
             .await?;
         Ok(Response::new(v1::StartRecordingResponse {
             stamp: Some(stamp),

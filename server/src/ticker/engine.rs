@@ -20,7 +20,7 @@ use crate::recorder_handle::RecorderHandle;
 use crate::settings::Mode;
 use crate::status::StatusBoard;
 
-use super::request::{Plan, Reply, Stepped};
+use super::request::{Plan, Played, Reply, Stepped};
 
 /// Where everything goes.
 #[derive(Clone, Debug)]
@@ -66,7 +66,7 @@ pub struct Engine {
     pub(super) period_ticks: Option<u64>,
     /// The epoch's start, for recordings.
     pub(super) record: v1::SceneRecord,
-    pub(super) playback: Option<Receiver<v1::StepInput>>,
+    pub(super) playback: Option<Receiver<Played>>,
     /// What a recording calls its hands.
     pub(super) played_names: Vec<(HandId, String)>,
     pub(super) input: StepInput,
@@ -121,7 +121,7 @@ impl Engine {
         engine
     }
 
-    /// Does one step; false when a playback's input has not come yet.
+    /// Does one step; false when a playback's input has not come yet, or when it came to a new epoch instead.
     pub fn step(&mut self) -> bool {
         let tick = self.world.state().tick + 1;
         self.input.clear();
@@ -205,7 +205,7 @@ impl Engine {
         }
         self.outlets.raw_tap.set(None);
         self.outlets.inbox.post(|batch| {
-            batch.recorder = Some(None);
+            batch.set_recorder(None);
             batch.stopped = true;
         });
     }

@@ -13,14 +13,14 @@ use crate::input::filter::HandFilter;
 use crate::input::intake::{Driver, Feed};
 
 use super::engine::Engine;
-use super::request::{NewDriver, NewHand, Refusal};
+use super::request::{NewDriver, NewHand, Played, Refusal};
 
 /// How long a step waits for its recorded input. The reader is hundreds of steps ahead: only a stalled disk makes the
 /// world wait, and then it must, since a playback is nothing without its inputs.
 const PLAYBACK_WAIT: Duration = Duration::from_millis(100);
 
 impl Engine {
-    /// Gathers the input of the step that makes `tick`; false when a playback's input has not come yet.
+    /// Gathers the input of the step that makes `tick`; false when a playback has none for it now.
     pub(super) fn fill_input(&mut self, tick: u64) -> bool {
         if self.playback.is_some() && !self.play(tick) {
             return false;
@@ -60,13 +60,26 @@ impl Engine {
         true
     }
 
-    /// Takes the recorded input; false when it has not come yet. At its end the sources take over.
+    /// Takes the recorded input; false when it has not come yet, and when a new epoch came. At the recording's end the
+    /// sources take over.
     fn play(&mut self, tick: u64) -> bool {
         let Some(playback) = &self.playback else {
             return true;
         };
         match playback.recv_timeout(PLAYBACK_WAIT) {
-            Ok(message) => match step_input_from(&message) {
+            Ok(Played::Epoch(world, record)) => {
+                self.play_epoch(*world, *record);
+                return false;
+            }
+            Ok(Played::Input(message)) if message.tick != tick => {
+                warn!(
+                    tick,
+                    next = message.tick,
+                    "the recording has a gap and cannot be played on"
+                );
+                self.end_playback();
+            }
+            Ok(Played::Input(message)) => match step_input_from(&message) {
                 Ok(input) => {
                     self.name_played_hands(&message);
                     self.input = input;

@@ -1,4 +1,4 @@
-//! New epochs: another scene, the same one recorded from its start, a recording to be played.
+//! New epochs: another scene, the same one from its start, a recording to be played. And where a recording begins.
 
 use std::sync::Arc;
 
@@ -8,10 +8,11 @@ use tsukamu_world::World;
 
 use crate::input::intake::{Driver, Feed};
 use crate::offline::hands::RunHand;
+use crate::record::beginning::{hands_of, record_of};
 use crate::recorder_handle::{RecordItem, RecorderHandle};
 
 use super::engine::{Engine, Waiting};
-use super::request::{Plan, Refusal};
+use super::request::{Beginning, Plan, Refusal};
 
 /// How long a scene that repeats stands still at its end, in seconds.
 const REPEAT_PAUSE_S: f64 = 3.0;
@@ -34,14 +35,23 @@ impl Engine {
         self.begin();
     }
 
-    /// Begins a new epoch of the same scene, and records it.
+    /// Goes on with the next epoch of the recording that is played.
+    pub(super) fn play_epoch(&mut self, world: World, record: v1::SceneRecord) {
+        self.world = world;
+        self.record = record;
+        self.played_names.clear();
+        self.begin();
+    }
+
+    /// Records from now on.
     ///
     /// # Errors
-    /// When something is being recorded already.
+    /// When something is being recorded already, or played.
     pub(super) fn record(
         &mut self,
         recorder: RecorderHandle,
         name: String,
+        beginning: Beginning,
     ) -> Result<v1::Stamp, Refusal> {
         if self.recorder.is_some() {
             return Err(Refusal::Recording(self.outlets.status.now().recording));
@@ -49,24 +59,53 @@ impl Engine {
         if self.playback.is_some() {
             return Err(Refusal::Playing);
         }
-        // Where a model was chosen since, the scene goes on with it; the world has checked everything else before.
-        let Ok(world) = World::new(self.world.scene().clone()) else {
-            return Err(Refusal::Object(
-                "the scene cannot be started again".to_owned(),
-            ));
+        let again = match beginning {
+            Beginning::AsItStands => None,
+            Beginning::NewEpoch => Some(self.world_again()?),
         };
-        self.world = world;
-        self.record.scene = Some(crate::convert::scene::scene(self.world.scene()));
         self.outlets
             .inbox
-            .post(|batch| batch.recorder = Some(Some(recorder.clone())));
+            .post(|batch| batch.set_recorder(Some(recorder.clone())));
         self.outlets
             .raw_tap
             .set(recorder.options().raw.then(|| recorder.clone()));
         self.recorder = Some(recorder);
         self.outlets.status.update(|status| status.recording = name);
-        self.begin();
+        match again {
+            Some(world) => self.start_again(world),
+            None => self.record_world(),
+        }
+        // The first proof: the recording begins with this very world.
+        self.record_digest();
         Ok(self.stamp)
+    }
+
+    /// The scene's world at its start. Where a model was chosen since, the scene goes on with it.
+    fn world_again(&self) -> Result<World, Refusal> {
+        // The world has checked everything else before.
+        World::new(self.world.scene().clone())
+            .map_err(|faults| Refusal::Object(format!("the scene cannot start again: {faults}")))
+    }
+
+    /// Begins a new epoch of the same scene.
+    fn start_again(&mut self, world: World) {
+        self.record = v1::SceneRecord {
+            scene: Some(crate::convert::scene::scene(world.scene())),
+            source_text: std::mem::take(&mut self.record.source_text),
+            ..v1::SceneRecord::default()
+        };
+        self.world = world;
+        self.begin();
+    }
+
+    /// Hands the world as it stands to the recording.
+    fn record_world(&self) {
+        let Some(recorder) = &self.recorder else {
+            return;
+        };
+        let text = &self.record.source_text;
+        let record = record_of(&self.world, self.stamp.epoch, &self.hands, text);
+        recorder.offer(self.stamp.wall_ns, RecordItem::Scene(Box::new(record)));
     }
 
     /// Ends the recording with a last digest.
@@ -80,7 +119,7 @@ impl Engine {
         self.record_digest();
         self.recorder = None;
         self.outlets.raw_tap.set(None);
-        self.outlets.inbox.post(|batch| batch.recorder = Some(None));
+        self.outlets.inbox.post(|batch| batch.set_recorder(None));
         self.outlets
             .status
             .update(|status| status.recording.clear());
@@ -93,7 +132,7 @@ impl Engine {
         self.stamp.epoch += 1;
         self.serial += 1;
         self.set_stamp(now);
-        self.hands.clear();
+        self.hands = hands_of(&self.world, &self.record);
         self.pending.clear();
         // Commands for the world that was. Whoever is gone is gone.
         for waiting in self.waiting.drain(..) {
@@ -127,7 +166,7 @@ impl Engine {
             status.model = scene.model.name();
             status.rate_hz = scene.rate_hz;
             status.n_objects = self.content.objects.len() as u32;
-            status.n_hands = 0;
+            status.n_hands = self.hands.len() as u32;
         });
     }
 

@@ -103,7 +103,13 @@ impl Ticker {
             .as_mut()
             .map_or(0, |schedule| schedule.advance(now));
         self.engine.note_overruns(n_skipped);
+        let rate_hz = self.engine.rate_hz();
         self.engine.step();
+        if self.engine.rate_hz() != rate_hz {
+            // A playback came to an epoch of another rate.
+            self.start_clock();
+            return;
+        }
         self.measured.1 += 1;
         let elapsed = now.saturating_sub(self.measured.0);
         if elapsed >= MEASURE_NS {
@@ -190,9 +196,10 @@ impl Ticker {
             Request::Record {
                 recorder,
                 name,
+                beginning,
                 reply,
             } => {
-                let _ = reply.send(self.engine.record(recorder, name));
+                let _ = reply.send(self.engine.record(recorder, name, beginning));
             }
             Request::StopRecording(reply) => {
                 let _ = reply.send(self.engine.stop_recording());

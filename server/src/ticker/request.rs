@@ -66,12 +66,14 @@ pub enum Request {
         /// Its id.
         reply: Reply<HandId>,
     },
-    /// A new epoch of the same scene, recorded from its start.
+    /// Everything from now on is recorded.
     Record {
         /// Where it goes.
         recorder: RecorderHandle,
         /// The recording's name.
         name: String,
+        /// What it begins with.
+        beginning: Beginning,
         /// When it has begun.
         reply: Reply<v1::Stamp>,
     },
@@ -92,8 +94,26 @@ pub struct Plan {
     pub hands: Vec<RunHand>,
     /// Whether scene and hands begin again when these hands are through.
     pub repeats: bool,
-    /// Inputs to play instead of those of any source.
-    pub playback: Option<Receiver<v1::StepInput>>,
+    /// What to play instead of the inputs of any source.
+    pub playback: Option<Receiver<Played>>,
+}
+
+/// What a recording begins with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Beginning {
+    /// The world as it stands; nobody notices.
+    AsItStands,
+    /// A new epoch of the same scene: objects go back to their start, and those added while running are gone.
+    NewEpoch,
+}
+
+/// One thing of a recording that is played.
+#[derive(Debug)]
+pub enum Played {
+    /// What enters the world in the next step.
+    Input(v1::StepInput),
+    /// A new epoch, and its record.
+    Epoch(Box<World>, Box<v1::SceneRecord>),
 }
 
 /// A hand that joins.
