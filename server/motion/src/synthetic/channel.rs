@@ -35,7 +35,11 @@ pub(super) struct Channel {
 impl Channel {
     /// A channel that stays at a value.
     pub(super) fn new(start: f64) -> Self {
-        Self { start, changes: Vec::new(), goal: start }
+        Self {
+            start,
+            changes: Vec::new(),
+            goal: start,
+        }
     }
 
     /// The value at which it ends up.
@@ -48,21 +52,41 @@ impl Channel {
         let amount = goal - self.goal;
         self.goal = goal;
         if amount != 0.0 {
-            self.changes.push(Change { start_s, duration_s, amount, kind: Kind::Step });
+            self.changes.push(Change {
+                start_s,
+                duration_s,
+                amount,
+                kind: Kind::Step,
+            });
         }
     }
 
     /// Moves with a rate (per second) that comes up within `up_s`, stays for `hold_s` and goes down within `down_s`.
     pub(super) fn surge(&mut self, start_s: f64, [up_s, hold_s, down_s]: [f64; 3], rate: f64) {
         let down_from_s = start_s + up_s + hold_s;
-        self.changes.push(Change { start_s, duration_s: up_s, amount: rate, kind: Kind::Ramp });
-        self.changes.push(Change { start_s: down_from_s, duration_s: down_s, amount: -rate, kind: Kind::Ramp });
+        self.changes.push(Change {
+            start_s,
+            duration_s: up_s,
+            amount: rate,
+            kind: Kind::Ramp,
+        });
+        self.changes.push(Change {
+            start_s: down_from_s,
+            duration_s: down_s,
+            amount: -rate,
+            kind: Kind::Ramp,
+        });
         self.goal += surge_length([up_s, hold_s, down_s]) * rate;
     }
 
     /// The value at a time in seconds.
     pub(super) fn at(&self, t_s: f64) -> f64 {
-        self.start + self.changes.iter().map(|change| change.at(t_s)).sum::<f64>()
+        self.start
+            + self
+                .changes
+                .iter()
+                .map(|change| change.at(t_s))
+                .sum::<f64>()
     }
 }
 

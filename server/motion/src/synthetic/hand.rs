@@ -64,7 +64,8 @@ impl SyntheticHand {
     /// The hand at a time in seconds: wrist in world space, fingers as joint angles.
     pub fn sample_at(&self, t_s: f64) -> HandSample {
         let motion = &self.motion;
-        let place = Vector3::from(motion.place.each_ref().map(|channel| channel.at(t_s))) + self.tremor.at(t_s);
+        let place = Vector3::from(motion.place.each_ref().map(|channel| channel.at(t_s)))
+            + self.tremor.at(t_s);
         let turn = turned(motion.yaw.at(t_s), motion.pitch.at(t_s));
         let world_from_grip = Isometry3::from_parts(Translation3::from(place), turn);
         let mut angles = self.postures.pinch(motion.aperture.at(t_s));
@@ -75,8 +76,15 @@ impl SyntheticHand {
             }
         }
         let wrist = world_from_grip * grip_from_wrist();
-        let wrist = if self.side == Side::Left { mirrored(&wrist) } else { wrist };
-        HandSample { wrist, fingers: FingerPose::Angles(angles) }
+        let wrist = if self.side == Side::Left {
+            mirrored(&wrist)
+        } else {
+            wrist
+        };
+        HandSample {
+            wrist,
+            fingers: FingerPose::Angles(angles),
+        }
     }
 
     /// The whole motion as samples at a rate in Hz, from 0 to its duration.
@@ -84,7 +92,13 @@ impl SyntheticHand {
         let n = (self.duration_s * rate_hz).ceil().max(0.0) as u64 + 1;
         let times_s: Vec<f64> = (0..n).map(|index| index as f64 / rate_hz).collect();
         let samples = times_s.iter().map(|t_s| self.sample_at(*t_s)).collect();
-        HandTrack { hands: vec![TrackHand { side: self.side, times_s, samples }] }
+        HandTrack {
+            hands: vec![TrackHand {
+                side: self.side,
+                times_s,
+                samples,
+            }],
+        }
     }
 }
 

@@ -73,13 +73,34 @@ pub struct Known {
 /// All synthetic hands, in the order in which they are listed.
 pub const fn names() -> &'static [Known] {
     const KNOWN: [Known; 7] = [
-        Known { name: Name::Free, about: "grasps an object, carries it round, sets it down and pushes it with a fingertip" },
-        Known { name: Name::NoThumb, about: "holds an object between index and middle finger, the thumb away" },
-        Known { name: Name::Flick, about: "flicks an object away with the index finger" },
-        Known { name: Name::GraspThrow, about: "grasps an object and throws it" },
-        Known { name: Name::Stack, about: "stacks three objects" },
-        Known { name: Name::TargetGame, about: "throws an object through a target" },
-        Known { name: Name::Demo, about: "moves, stacks and throws objects, again and again" },
+        Known {
+            name: Name::Free,
+            about: "grasps an object, carries it round, sets it down and pushes it with a fingertip",
+        },
+        Known {
+            name: Name::NoThumb,
+            about: "holds an object between index and middle finger, the thumb away",
+        },
+        Known {
+            name: Name::Flick,
+            about: "flicks an object away with the index finger",
+        },
+        Known {
+            name: Name::GraspThrow,
+            about: "grasps an object and throws it",
+        },
+        Known {
+            name: Name::Stack,
+            about: "stacks three objects",
+        },
+        Known {
+            name: Name::TargetGame,
+            about: "throws an object through a target",
+        },
+        Known {
+            name: Name::Demo,
+            about: "moves, stacks and throws objects, again and again",
+        },
     ];
     &KNOWN
 }
@@ -180,7 +201,12 @@ pub fn build(spec: &str, scene: &SceneInfo) -> Result<SyntheticHand, PlanFault> 
 pub fn plan(spec: &Spec, scene: &SceneInfo) -> Result<SyntheticHand, PlanFault> {
     let mirror = spec.side == Side::Left;
     let thing = |object: &ObjectInfo| {
-        Thing::new(object.name.clone(), Arc::clone(&object.shape), object.pose, mirror)
+        Thing::new(
+            object.name.clone(),
+            Arc::clone(&object.shape),
+            object.pose,
+            mirror,
+        )
     };
     let things = scene.objects.iter().map(thing).collect();
     let script = Script::new(spec, things, scene.floor_height);

@@ -14,6 +14,7 @@ use libm::{cos, sin};
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
 use tsukamu_world::hand::joint::{Finger, JointId, Side};
 use tsukamu_world::hand::kinematics::forward;
+use tsukamu_world::hand::limits::ADULT_LIMITS;
 use tsukamu_world::hand::sample::{FingerAngles, JointAngles, ThumbAngles};
 use tsukamu_world::hand::skeleton::Skeleton;
 
@@ -29,20 +30,45 @@ pub(super) const TIP_SPREAD_M: f64 = 0.009;
 /// Apertures of the table of pinches: the least, and the step to the next, metres.
 const APERTURES: (f64, f64, usize) = (0.010, 0.005, 20);
 /// Where index and middle tip meet when they hold something between them, grip frame, metres.
-const SCISSOR_CENTRE: Point3<f64> = Point3::new(0.0016, -0.0200, -0.0520);
+const SCISSOR_CENTRE: Point3<f64> = Point3::new(0.0016, -0.0035, -0.0423);
 /// The DIP joint bends with the PIP: this share of it (Hager-Ross & Schieber 2000 find 0.5 to 0.7).
 const DIP_SHARE: f64 = 0.6;
 
 /// How a pinch holds fingers that take no part.
-const IDLE_FINGER: FingerAngles = FingerAngles { mcp_flexion: 0.15, pip_flexion: 0.45, dip_flexion: 0.27, abduction: 0.05 };
+const IDLE_FINGER: FingerAngles = FingerAngles {
+    mcp_flexion: 0.15,
+    pip_flexion: 0.45,
+    dip_flexion: 0.27,
+    abduction: 0.05,
+};
 /// A finger that is out of the way in the palm.
-const CURLED_FINGER: FingerAngles = FingerAngles { mcp_flexion: 1.2, pip_flexion: 1.5, dip_flexion: 0.8, abduction: 0.0 };
+const CURLED_FINGER: FingerAngles = FingerAngles {
+    mcp_flexion: 1.2,
+    pip_flexion: 1.5,
+    dip_flexion: 0.8,
+    abduction: 0.0,
+};
 /// The middle of the range in which a pinch moves, where the search begins.
 const PINCH: JointAngles = JointAngles {
-    thumb: ThumbAngles { opposition: 1.02, abduction: 1.2, mcp_flexion: 0.25, ip_flexion: 0.6 },
+    thumb: ThumbAngles {
+        opposition: 1.02,
+        abduction: 1.2,
+        mcp_flexion: 0.25,
+        ip_flexion: 0.6,
+    },
     fingers: [
-        FingerAngles { mcp_flexion: 0.4, pip_flexion: 0.9, dip_flexion: 0.54, abduction: -0.06 },
-        FingerAngles { mcp_flexion: 0.4, pip_flexion: 1.0, dip_flexion: 0.6, abduction: 0.1 },
+        FingerAngles {
+            mcp_flexion: 0.4,
+            pip_flexion: 0.9,
+            dip_flexion: 0.54,
+            abduction: -0.06,
+        },
+        FingerAngles {
+            mcp_flexion: 0.4,
+            pip_flexion: 1.0,
+            dip_flexion: 0.6,
+            abduction: 0.1,
+        },
         IDLE_FINGER,
         IDLE_FINGER,
     ],
@@ -81,23 +107,52 @@ impl Postures {
     pub(super) fn pinch(&self, aperture_m: f64) -> JointAngles {
         let place = ((aperture_m - APERTURES.0) / APERTURES.1).clamp(0.0, (APERTURES.2 - 1) as f64);
         let below = (place as usize).min(APERTURES.2 - 2);
-        angles_between(&self.pinches[below], &self.pinches[below + 1], place - below as f64)
+        angles_between(
+            &self.pinches[below],
+            &self.pinches[below + 1],
+            place - below as f64,
+        )
     }
 
     /// Index and middle finger on both sides of [`scissor_centre`], that far apart (metres), the thumb away.
     pub(super) fn scissor(&self, aperture_m: f64) -> JointAngles {
         let half = Vector3::x() * (0.5 * aperture_m);
         let mut angles = PINCH;
-        angles.thumb = ThumbAngles { opposition: 0.0, abduction: 0.9, mcp_flexion: 0.0, ip_flexion: 0.0 };
-        angles = reached(&self.skeleton, &angles, Finger::Index, &(SCISSOR_CENTRE - half));
-        reached(&self.skeleton, &angles, Finger::Middle, &(SCISSOR_CENTRE + half))
+        angles.thumb = ThumbAngles {
+            opposition: 0.0,
+            abduction: 0.9,
+            mcp_flexion: 0.0,
+            ip_flexion: 0.0,
+        };
+        angles = reached(
+            &self.skeleton,
+            &angles,
+            Finger::Index,
+            &(SCISSOR_CENTRE - half),
+        );
+        reached(
+            &self.skeleton,
+            &angles,
+            Finger::Middle,
+            &(SCISSOR_CENTRE + half),
+        )
     }
 
     /// The index finger with these angles, all others out of the way.
     pub(super) fn pointing(&self, mcp_flexion: f64, pip_flexion: f64) -> JointAngles {
-        let index = FingerAngles { mcp_flexion, pip_flexion, dip_flexion: DIP_SHARE * pip_flexion, abduction: 0.0 };
+        let index = FingerAngles {
+            mcp_flexion,
+            pip_flexion,
+            dip_flexion: DIP_SHARE * pip_flexion,
+            abduction: 0.0,
+        };
         JointAngles {
-            thumb: ThumbAngles { opposition: 0.6, abduction: 0.5, mcp_flexion: 0.5, ip_flexion: 0.6 },
+            thumb: ThumbAngles {
+                opposition: 0.6,
+                abduction: 0.5,
+                mcp_flexion: 0.5,
+                ip_flexion: 0.6,
+            },
             fingers: [index, CURLED_FINGER, CURLED_FINGER, CURLED_FINGER],
             palm_arch: 0.1,
         }
@@ -105,7 +160,8 @@ impl Postures {
 
     /// Where a fingertip is in the grip frame, metres.
     pub(super) fn tip(&self, angles: &JointAngles, finger: Finger) -> Point3<f64> {
-        grip_from_wrist() * forward(&self.skeleton, Side::Right, angles)[JointId::of(finger, 3).index()]
+        grip_from_wrist()
+            * forward(&self.skeleton, Side::Right, angles)[JointId::of(finger, 3).index()]
     }
 }
 
@@ -137,7 +193,12 @@ const DAMPING: f64 = 1.0e-7;
 
 /// The angles with those of one finger changed so that its tip is at a place in the grip frame, or as near as it gets:
 /// damped least squares (Wampler 1986).
-fn reached(skeleton: &Skeleton, start: &JointAngles, finger: Finger, tip: &Point3<f64>) -> JointAngles {
+fn reached(
+    skeleton: &Skeleton,
+    start: &JointAngles,
+    finger: Finger,
+    tip: &Point3<f64>,
+) -> JointAngles {
     let tip = grip_from_wrist().inverse_transform_point(tip);
     let joint = JointId::of(finger, 3).index();
     let at = |angles: &JointAngles| forward(skeleton, Side::Right, angles)[joint];
@@ -153,10 +214,18 @@ fn reached(skeleton: &Skeleton, start: &JointAngles, finger: Finger, tip: &Point
         for column in &columns {
             square += column * column.transpose();
         }
-        let Some(pull) = square.try_inverse().map(|inverse| inverse * (tip - now)) else { return angles };
+        let Some(pull) = square.try_inverse().map(|inverse| inverse * (tip - now)) else {
+            return angles;
+        };
         for (index, column) in columns.iter().enumerate() {
-            nudge(&mut angles, finger, index, column.dot(&pull).clamp(-STRIDE, STRIDE));
+            nudge(
+                &mut angles,
+                finger,
+                index,
+                column.dot(&pull).clamp(-STRIDE, STRIDE),
+            );
         }
+        angles = ADULT_LIMITS.clamped(&angles);
     }
     angles
 }
@@ -165,8 +234,12 @@ fn reached(skeleton: &Skeleton, start: &JointAngles, finger: Finger, tip: &Point
 fn nudge(angles: &mut JointAngles, finger: Finger, index: usize, amount: f64) {
     if finger == Finger::Thumb {
         let thumb = &mut angles.thumb;
-        let all =
-            [&mut thumb.opposition, &mut thumb.abduction, &mut thumb.mcp_flexion, &mut thumb.ip_flexion];
+        let all = [
+            &mut thumb.opposition,
+            &mut thumb.abduction,
+            &mut thumb.mcp_flexion,
+            &mut thumb.ip_flexion,
+        ];
         *all[index] += amount;
         return;
     }
@@ -184,8 +257,6 @@ fn nudge(angles: &mut JointAngles, finger: Finger, index: usize, amount: f64) {
 
 #[cfg(test)]
 mod tests {
-    use tsukamu_world::hand::limits::ADULT_LIMITS;
-
     use super::*;
 
     #[test]
@@ -194,9 +265,16 @@ mod tests {
         for aperture in [0.01, 0.0333, 0.05, 0.08, 0.1] {
             let angles = postures.pinch(aperture);
             let thumb = postures.tip(&angles, Finger::Thumb);
-            let [index, middle] = [Finger::Index, Finger::Middle].map(|finger| postures.tip(&angles, finger));
-            assert!((index.z + aperture / 2.0).abs() < 2e-4 && (middle.z - index.z).abs() < 2e-4, "{aperture}");
-            assert!((thumb - Point3::new(0.0, 0.0, aperture / 2.0)).norm() < 2e-4, "{aperture}: {thumb}");
+            let [index, middle] =
+                [Finger::Index, Finger::Middle].map(|finger| postures.tip(&angles, finger));
+            assert!(
+                (index.z + aperture / 2.0).abs() < 2e-4 && (middle.z - index.z).abs() < 2e-4,
+                "{aperture}"
+            );
+            assert!(
+                (thumb - Point3::new(0.0, 0.0, aperture / 2.0)).norm() < 2e-4,
+                "{aperture}: {thumb}"
+            );
             assert_eq!(ADULT_LIMITS.clamped(&angles), angles, "{aperture}");
         }
     }
@@ -206,8 +284,12 @@ mod tests {
         let postures = Postures::adult();
         for aperture in [0.012, 0.03, 0.05] {
             let angles = postures.scissor(aperture);
-            let [index, middle] = [Finger::Index, Finger::Middle].map(|finger| postures.tip(&angles, finger));
-            assert!((middle - index - Vector3::x() * aperture).norm() < 2e-4, "{aperture}: {index} {middle}");
+            let [index, middle] =
+                [Finger::Index, Finger::Middle].map(|finger| postures.tip(&angles, finger));
+            assert!(
+                (middle - index - Vector3::x() * aperture).norm() < 2e-4,
+                "{aperture}: {index} {middle}"
+            );
             assert_eq!(ADULT_LIMITS.clamped(&angles), angles, "{aperture}");
         }
     }

@@ -116,7 +116,9 @@ impl Script {
 
     /// Reaches for an object from above and closes thumb, index and middle finger on it.
     pub(super) fn grasp(&mut self, index: usize) {
-        let Some(grip) = self.things[index].grip() else { return };
+        let Some(grip) = self.things[index].grip() else {
+            return;
+        };
         let centre = self.things[index].centre();
         let slip = [0.0015, 0.0015].map(|spread| self.variation.around(0.0, spread));
         let right = turned(grip.yaw, 0.0) * Vector3::x();
@@ -132,7 +134,9 @@ impl Script {
     fn close(&mut self, grip: &Grip) {
         let depth = self.variation.around(DEPTH_M, 0.001);
         let close_s = self.paced(0.32);
-        self.motion.aperture.go(self.now_s, close_s, grip.width - 2.0 * depth);
+        self.motion
+            .aperture
+            .go(self.now_s, close_s, grip.width - 2.0 * depth);
         self.wait(close_s + 0.08);
     }
 
@@ -199,20 +203,32 @@ impl Script {
 
     /// A height (of an object's centre of gravity) at which it passes above everything else within reach.
     pub(super) fn clear_height(&self, index: usize) -> f64 {
-        let tops = self.things.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, thing)| thing.heights().1);
-        let top = tops.fold(self.floor_height + 0.06, f64::max).min(self.floor_height + 0.5);
+        let tops = self
+            .things
+            .iter()
+            .enumerate()
+            .filter(|(other, _)| *other != index)
+            .map(|(_, thing)| thing.heights().1);
+        let top = tops
+            .fold(self.floor_height + 0.06, f64::max)
+            .min(self.floor_height + 0.5);
         let (low, _) = self.things[index].heights();
         top + 0.04 + self.things[index].centre().y - low
     }
 
     /// Lays a posture over the pinch; its weight begins at 0.
     pub(super) fn overlay(&mut self, angles: tsukamu_world::hand::sample::JointAngles) -> usize {
-        self.motion.overlays.push(Overlay { angles, weight: Channel::new(0.0) });
+        self.motion.overlays.push(Overlay {
+            angles,
+            weight: Channel::new(0.0),
+        });
         self.motion.overlays.len() - 1
     }
 
     /// Changes how much of an overlay there is, within `duration_s`. The script's time stays.
     pub(super) fn blend(&mut self, overlay: usize, duration_s: f64, weight: f64) {
-        self.motion.overlays[overlay].weight.go(self.now_s, duration_s, weight);
+        self.motion.overlays[overlay]
+            .weight
+            .go(self.now_s, duration_s, weight);
     }
 }

@@ -60,7 +60,15 @@ const START_S: f64 = 0.5;
 impl Spec {
     /// The motion of that name as it is without parameters.
     pub fn new(name: Name) -> Self {
-        Self { name, seed: 1, object: None, to: None, speed: None, side: Side::Right, start_s: START_S }
+        Self {
+            name,
+            seed: 1,
+            object: None,
+            to: None,
+            speed: None,
+            side: Side::Right,
+            start_s: START_S,
+        }
     }
 
     /// Reads `[synthetic:]NAME[?key=value&key=value…]`; commas separate as `?` and `&` do, where no number is expected
@@ -74,19 +82,31 @@ impl Spec {
         let (name, rest) = text.split_at(end);
         let mut spec = Self::new(find_name(name.trim())?);
         for pair in pairs(rest) {
-            let (key, value) = pair.split_once('=').ok_or_else(|| SpecFault::NotAPair(pair.clone()))?;
+            let (key, value) = pair
+                .split_once('=')
+                .ok_or_else(|| SpecFault::NotAPair(pair.clone()))?;
             spec.set(key.trim(), value.trim())?;
         }
         Ok(spec)
     }
 
     fn set(&mut self, key: &str, value: &str) -> Result<(), SpecFault> {
-        let fault = |wanted| SpecFault::Value { key: key.to_owned(), value: value.to_owned(), wanted };
+        let fault = |wanted| SpecFault::Value {
+            key: key.to_owned(),
+            value: value.to_owned(),
+            wanted,
+        };
         match key {
-            "seed" => self.seed = value.parse().map_err(|_not_a_number| fault("a whole number, 0 or above"))?,
+            "seed" => {
+                self.seed = value
+                    .parse()
+                    .map_err(|_not_a_number| fault("a whole number, 0 or above"))?
+            }
             "object" if value.is_empty() => return Err(fault("the name of an object")),
             "object" => self.object = Some(value.to_owned()),
-            "to" | "place" => self.to = Some(place(value).ok_or_else(|| fault("x,z in metres, within 100 m"))?),
+            "to" | "place" => {
+                self.to = Some(place(value).ok_or_else(|| fault("x,z in metres, within 100 m"))?)
+            }
             "speed" => {
                 let speed = number(value, 0.2, 8.0).ok_or_else(|| fault("0.2 to 8 m/s"))?;
                 self.speed = Some(speed);
@@ -98,7 +118,9 @@ impl Spec {
                     _ => return Err(fault("left or right")),
                 };
             }
-            "start" => self.start_s = number(value, 0.0, 600.0).ok_or_else(|| fault("0 to 600 s"))?,
+            "start" => {
+                self.start_s = number(value, 0.0, 600.0).ok_or_else(|| fault("0 to 600 s"))?
+            }
             _ => return Err(SpecFault::Parameter(key.to_owned())),
         }
         Ok(())
@@ -108,11 +130,17 @@ impl Spec {
 fn find_name(text: &str) -> Result<Name, SpecFault> {
     let bare = text.strip_prefix(FOLDER).unwrap_or(text);
     let known = names().iter().find(|known| known.name.text() == bare);
-    known.map(|known| known.name).ok_or_else(|| SpecFault::Name(text.to_owned()))
+    known
+        .map(|known| known.name)
+        .ok_or_else(|| SpecFault::Name(text.to_owned()))
 }
 
 fn known_names() -> String {
-    names().iter().map(|known| known.name.text()).collect::<Vec<_>>().join(", ")
+    names()
+        .iter()
+        .map(|known| known.name.text())
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 /// The parameters, separated by `?`, `&` or `,`; a comma between two numbers (as in `to=0.1,-0.3`) separates nothing.
@@ -134,11 +162,16 @@ fn pairs(text: &str) -> Vec<String> {
 
 fn place(text: &str) -> Option<[f64; 2]> {
     let (x, z) = text.split_once([',', ' '])?;
-    Some([number(x.trim(), -100.0, 100.0)?, number(z.trim(), -100.0, 100.0)?])
+    Some([
+        number(x.trim(), -100.0, 100.0)?,
+        number(z.trim(), -100.0, 100.0)?,
+    ])
 }
 
 fn number(text: &str, least: f64, most: f64) -> Option<f64> {
-    text.parse().ok().filter(|number| (least..=most).contains(number))
+    text.parse()
+        .ok()
+        .filter(|number| (least..=most).contains(number))
 }
 
 #[cfg(test)]
@@ -148,10 +181,16 @@ mod tests {
     #[test]
     fn specs_are_read() {
         let spec = Spec::parse("synthetic:grasp-throw?object=cube&seed=3&side=left").unwrap();
-        assert_eq!((spec.name, spec.object.as_deref(), spec.seed), (Name::GraspThrow, Some("cube"), 3));
+        assert_eq!(
+            (spec.name, spec.object.as_deref(), spec.seed),
+            (Name::GraspThrow, Some("cube"), 3)
+        );
         assert_eq!(spec.side, Side::Left);
         let spec = Spec::parse("operations/free,to=0.1,-0.25,start=2").unwrap();
-        assert_eq!((spec.name, spec.to, spec.start_s), (Name::Free, Some([0.1, -0.25]), 2.0));
+        assert_eq!(
+            (spec.name, spec.to, spec.start_s),
+            (Name::Free, Some([0.1, -0.25]), 2.0)
+        );
         assert_eq!(Spec::parse("stack"), Ok(Spec::new(Name::Stack)));
         assert_eq!(Spec::parse("free?place=0,0").unwrap().to, Some([0.0, 0.0]));
     }
@@ -162,10 +201,22 @@ mod tests {
             assert_eq!(Spec::parse(text).unwrap_err().to_string(), expected);
         };
         let known = "free, no-thumb, flick, grasp-throw, stack, target-game, demo";
-        check("synthetic:juggle", &format!("no synthetic hand is called \"juggle\": there are {known}"));
-        check("free?sead=1", "no parameter is called \"sead\": there are seed, object, to, speed, side, start");
-        check("free?seed", "\"seed\" is no parameter: parameters are written key=value");
-        check("free?seed=-1", "seed=-1: it must be a whole number, 0 or above");
+        check(
+            "synthetic:juggle",
+            &format!("no synthetic hand is called \"juggle\": there are {known}"),
+        );
+        check(
+            "free?sead=1",
+            "no parameter is called \"sead\": there are seed, object, to, speed, side, start",
+        );
+        check(
+            "free?seed",
+            "\"seed\" is no parameter: parameters are written key=value",
+        );
+        check(
+            "free?seed=-1",
+            "seed=-1: it must be a whole number, 0 or above",
+        );
         check("free?speed=nan", "speed=nan: it must be 0.2 to 8 m/s");
         check("free?to=1", "to=1: it must be x,z in metres, within 100 m");
         check("free?side=both", "side=both: it must be left or right");

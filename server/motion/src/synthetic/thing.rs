@@ -37,9 +37,22 @@ const UNEVEN_M: f64 = 0.003;
 /// Farthest turn of the hand, and the step in which turns are tried, degrees.
 const TURNS_DEG: (i32, usize) = (75, 5);
 
+/// How much better a later grip must be than an earlier one: the hand squares up to a face that is nearly in front of it.
+const BETTER: f64 = 1.0e-3;
+
 impl Thing {
-    pub(super) fn new(name: String, shape: Arc<Polyhedron>, pose: Isometry3<f64>, mirror: bool) -> Self {
-        Self { name, shape, pose, mirror }
+    pub(super) fn new(
+        name: String,
+        shape: Arc<Polyhedron>,
+        pose: Isometry3<f64>,
+        mirror: bool,
+    ) -> Self {
+        Self {
+            name,
+            shape,
+            pose,
+            mirror,
+        }
     }
 
     /// Centre of gravity, metres.
@@ -49,8 +62,14 @@ impl Thing {
 
     /// Height of the lowest and of the highest vertex, metres.
     pub(super) fn heights(&self) -> (f64, f64) {
-        let heights = self.shape.vertices().iter().map(|vertex| (self.pose * vertex).y);
-        heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)))
+        let heights = self
+            .shape
+            .vertices()
+            .iter()
+            .map(|vertex| (self.pose * vertex).y);
+        heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
+            (low.min(y), high.max(y))
+        })
     }
 
     /// Largest distance of a vertex from the centre of gravity, metres.
@@ -64,9 +83,17 @@ impl Thing {
     }
 
     /// How far it is from a place near the centre of gravity to the surface, and the normal there; the farthest of them.
-    pub(super) fn exit(&self, offset: &Vector3<f64>, direction: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
-        let from = self.pose.inverse_transform_point(&self.seen(self.centre() + offset));
-        let way = self.pose.inverse_transform_vector(&self.seen(Point3::from(*direction)).coords);
+    pub(super) fn exit(
+        &self,
+        offset: &Vector3<f64>,
+        direction: &Vector3<f64>,
+    ) -> Option<(f64, Vector3<f64>)> {
+        let from = self
+            .pose
+            .inverse_transform_point(&self.seen(self.centre() + offset));
+        let way = self
+            .pose
+            .inverse_transform_vector(&self.seen(Point3::from(*direction)).coords);
         let points = self.shape.points();
         let hits = self.shape.triangles().iter().filter_map(|triangle| {
             let corners = triangle.vertices.map(|index| points[index as usize]);
@@ -80,15 +107,19 @@ impl Thing {
     /// The best way for a thumb and two fingers to take hold of it at the height of its centre, from above.
     pub(super) fn grip(&self) -> Option<Grip> {
         let mut best: Option<(f64, Grip)> = None;
-        let by_degrees = (-TURNS_DEG.0..=TURNS_DEG.0).step_by(TURNS_DEG.1).map(|turn| f64::from(turn).to_radians());
+        let by_degrees = (-TURNS_DEG.0..=TURNS_DEG.0)
+            .step_by(TURNS_DEG.1)
+            .map(|turn| f64::from(turn).to_radians());
         let by_faces = self.shape.faces().iter().map(|face| {
             let normal = self.seen(Point3::from(self.pose.rotation * face.normal));
             libm::atan2(-normal.x, -normal.z)
         });
         let most = f64::from(TURNS_DEG.0).to_radians();
-        for yaw in by_degrees.chain(by_faces).filter(|yaw| yaw.abs() <= most) {
-            let Some((cost, grip)) = self.grip_at(yaw) else { continue };
-            if best.is_none_or(|(least, _)| cost < least - 1e-9) {
+        for yaw in by_faces.chain(by_degrees).filter(|yaw| yaw.abs() <= most) {
+            let Some((cost, grip)) = self.grip_at(yaw) else {
+                continue;
+            };
+            if best.is_none_or(|(least, _)| cost < least - BETTER) {
                 best = Some((cost, grip));
             }
         }
@@ -100,16 +131,23 @@ impl Thing {
         let forward = Vector3::new(-libm::sin(yaw), 0.0, -libm::cos(yaw));
         let right = Vector3::new(libm::cos(yaw), 0.0, -libm::sin(yaw));
         let spread = right * TIP_SPREAD_M;
-        let [index, middle] = [self.exit(&-spread, &forward)?, self.exit(&spread, &forward)?];
+        let [index, middle] = [
+            self.exit(&-spread, &forward)?,
+            self.exit(&spread, &forward)?,
+        ];
         let thumb = self.exit(&Vector3::zeros(), &-forward)?;
         let far = 0.5 * (index.0 + middle.0);
         let width = far + thumb.0;
-        let level = [index.1.dot(&forward), middle.1.dot(&forward), -thumb.1.dot(&forward)];
+        let level = [
+            index.1.dot(&forward),
+            middle.1.dot(&forward),
+            -thumb.1.dot(&forward),
+        ];
         let fits = (index.0 - middle.0).abs() <= UNEVEN_M
             && level.iter().all(|cosine| *cosine >= LEVEL)
             && (WIDTHS_M.0..=WIDTHS_M.1).contains(&width);
         let tilt: f64 = level.iter().map(|cosine| 1.0 - cosine).sum();
-        let cost = tilt + 0.3 * yaw.abs() + 4.0 * width;
+        let cost = 6.0 * tilt + 0.1 * yaw.abs() + 4.0 * width;
         let centre = self.centre() + forward * (0.5 * (far - thumb.0));
         fits.then_some((cost, Grip { centre, yaw, width }))
     }
@@ -121,7 +159,11 @@ impl Thing {
 
     /// A place of the world as the plan sees it, and back.
     fn seen(&self, place: Point3<f64>) -> Point3<f64> {
-        if self.mirror { Point3::new(-place.x, place.y, place.z) } else { place }
+        if self.mirror {
+            Point3::new(-place.x, place.y, place.z)
+        } else {
+            place
+        }
     }
 }
 
@@ -167,7 +209,14 @@ mod tests {
 
     #[test]
     fn what_is_too_wide_or_too_steep_is_not_taken() {
-        assert!(!thing(shapes::cuboid(&Vector3::new(0.2, 0.2, 0.2)).unwrap(), 0.0, false).can_be_taken());
+        assert!(
+            !thing(
+                shapes::cuboid(&Vector3::new(0.2, 0.2, 0.2)).unwrap(),
+                0.0,
+                false
+            )
+            .can_be_taken()
+        );
         assert!(!thing(shapes::pyramid(0.06, 0.06, 0.02).unwrap(), 0.0, false).can_be_taken());
         assert!(thing(shapes::pyramid(0.06, 0.06, 0.08).unwrap(), 0.0, false).can_be_taken());
     }

@@ -13,7 +13,7 @@ use nalgebra::{Point3, Vector3};
 use super::script::Script;
 
 /// Seconds in which the hand comes to speed, and stops.
-const SURGE_S: (f64, f64) = (0.34, 0.16);
+const SURGE_S: (f64, f64) = (0.22, 0.16);
 /// Seconds from the beginning of constant speed to that of opening.
 const OPEN_AFTER_S: f64 = 0.04;
 /// Seconds in which the hand opens as wide as it can.
@@ -42,14 +42,25 @@ impl Throw {
     /// A throw from a place at a speed and a rise above level (radians), toward -z turned by `yaw` about y.
     pub(super) fn toward(from: Point3<f64>, speed: f64, rise: f64, yaw: f64) -> Self {
         let level = speed * libm::cos(rise);
-        let velocity =
-            Vector3::new(-libm::sin(yaw) * level, speed * libm::sin(rise), -libm::cos(yaw) * level);
+        let velocity = Vector3::new(
+            -libm::sin(yaw) * level,
+            speed * libm::sin(rise),
+            -libm::cos(yaw) * level,
+        );
         Self { from, velocity }
     }
 
     /// The throw that leads to a place in a given time, seconds.
-    pub(super) fn through(from: Point3<f64>, to: &Point3<f64>, gravity: &Vector3<f64>, flight_s: f64) -> Self {
-        Self { from, velocity: (to - from) / flight_s - gravity * (0.5 * flight_s) }
+    pub(super) fn through(
+        from: Point3<f64>,
+        to: &Point3<f64>,
+        gravity: &Vector3<f64>,
+        flight_s: f64,
+    ) -> Self {
+        Self {
+            from,
+            velocity: (to - from) / flight_s - gravity * (0.5 * flight_s),
+        }
     }
 
     fn yaw(&self) -> f64 {
@@ -57,7 +68,10 @@ impl Throw {
     }
 
     fn rise(&self) -> f64 {
-        libm::atan2(self.velocity.y, libm::hypot(self.velocity.x, self.velocity.z))
+        libm::atan2(
+            self.velocity.y,
+            libm::hypot(self.velocity.x, self.velocity.z),
+        )
     }
 }
 
@@ -78,7 +92,11 @@ pub(super) fn grasp_and_throw(script: &mut Script, index: usize, throw: &Throw) 
     script.turn(back_s, throw.yaw(), pitch);
     script.wait(back_s + 0.12);
     for (axis, channel) in script.motion.place.iter_mut().enumerate() {
-        channel.surge(script.now_s, [SURGE_S.0, hold_s, SURGE_S.1], throw.velocity[axis]);
+        channel.surge(
+            script.now_s,
+            [SURGE_S.0, hold_s, SURGE_S.1],
+            throw.velocity[axis],
+        );
     }
     let open_s = script.now_s + SURGE_S.0 + OPEN_AFTER_S;
     script.motion.aperture.go(open_s, OPEN_S, OPEN_M);

@@ -46,14 +46,24 @@ pub(super) struct Tremor {
 impl Tremor {
     pub(super) fn new(variation: &mut Variation) -> Self {
         let turn = std::f64::consts::TAU;
-        let mut sine = || (turn * variation.around(BAND_HZ.0, BAND_HZ.1), turn * variation.signed());
-        Self { sines: std::array::from_fn(|_| std::array::from_fn(|_| sine())) }
+        let mut sine = || {
+            (
+                turn * variation.around(BAND_HZ.0, BAND_HZ.1),
+                turn * variation.signed(),
+            )
+        };
+        Self {
+            sines: std::array::from_fn(|_| std::array::from_fn(|_| sine())),
+        }
     }
 
     /// Displacement at a time in seconds, in metres.
     pub(super) fn at(&self, t_s: f64) -> Vector3<f64> {
         let axis = |sines: &[(f64, f64); N_SINES]| {
-            sines.iter().map(|(frequency, phase)| AMPLITUDE_M * libm::sin(frequency * t_s + phase)).sum()
+            sines
+                .iter()
+                .map(|(frequency, phase)| AMPLITUDE_M * libm::sin(frequency * t_s + phase))
+                .sum()
         };
         Vector3::from(self.sines.each_ref().map(axis))
     }
@@ -70,7 +80,10 @@ mod tests {
         assert!(numbers.iter().all(|x| (-1.0..1.0).contains(x)));
         let mean = numbers.iter().sum::<f64>() / 1e4;
         let square = numbers.iter().map(|x| x * x).sum::<f64>() / 1e4;
-        assert!(mean.abs() < 0.02 && (square - 1.0 / 3.0).abs() < 0.02, "{mean} {square}");
+        assert!(
+            mean.abs() < 0.02 && (square - 1.0 / 3.0).abs() < 0.02,
+            "{mean} {square}"
+        );
         assert_eq!(Variation::new(3).signed(), numbers[0]);
         assert_ne!(Variation::new(4).signed(), numbers[0]);
     }
@@ -78,7 +91,9 @@ mod tests {
     #[test]
     fn tremor_stays_below_a_millimetre() {
         let tremor = Tremor::new(&mut Variation::new(1));
-        let most = (0..5000).map(|i| tremor.at(f64::from(i) * 1e-3).norm()).fold(0.0, f64::max);
+        let most = (0..5000)
+            .map(|i| tremor.at(f64::from(i) * 1e-3).norm())
+            .fold(0.0, f64::max);
         assert!(most > 5e-5 && most < 1e-3, "{most}");
     }
 }
