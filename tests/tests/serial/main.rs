@@ -1,6 +1,11 @@
 //! The whole way: bytes of a glove and a tracker on two serial ports, at the pace of 115200 bit/s → hand → world →
 //! frames and events over gRPC → a client.
 
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test ends where what it stands on is missing"
+)]
+
 mod rig;
 mod seen;
 

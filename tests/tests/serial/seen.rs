@@ -52,16 +52,11 @@ impl Seen {
         self.log.clear();
         let found = tokio::time::timeout(DEADLINE, async {
             loop {
-                match self.events.next().await.unwrap() {
-                    EventUpdate::Event(event) => {
-                        let kind = event.kind.expect("every event has a kind");
-                        if wanted(&kind) {
-                            return;
-                        }
-                        self.log.push(format!("{kind:?}"));
-                    }
-                    other => panic!("the event lane: {other:?}"),
+                let kind = self.next_kind().await;
+                if wanted(&kind) {
+                    return;
                 }
+                self.log.push(format!("{kind:?}"));
             }
         });
         let is_found = found.await.is_ok();
@@ -70,6 +65,13 @@ impl Seen {
             "the event did not come; these did:\n{}",
             self.log.join("\n")
         );
+    }
+
+    async fn next_kind(&mut self) -> Kind {
+        match self.events.next().await.unwrap() {
+            EventUpdate::Event(event) => event.kind.expect("every event has a kind"),
+            other => panic!("the event lane: {other:?}"),
+        }
     }
 
     /// Waits until both devices are in that state.
