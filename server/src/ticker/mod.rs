@@ -53,7 +53,8 @@ pub struct Ticker {
 
 impl Ticker {
     /// A thread's work; the clock starts when it runs.
-    pub fn new(engine: Engine, requests: Receiver<Request>, mode: Mode) -> Self {
+    pub fn new(mut engine: Engine, requests: Receiver<Request>, mode: Mode) -> Self {
+        engine.set_mode(mode);
         Self {
             engine,
             requests,
@@ -66,7 +67,6 @@ impl Ticker {
 
     /// Steps the world until it is told to stop.
     pub fn run(mut self) {
-        self.engine.set_mode(self.mode);
         self.start_clock();
         while self.turn() {}
         self.engine.finish();

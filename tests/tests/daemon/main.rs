@@ -6,6 +6,7 @@ mod events;
 mod frames;
 mod front;
 mod hands;
+mod mid_session;
 mod recordings;
 mod serial;
 mod support;
