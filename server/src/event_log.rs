@@ -1,6 +1,6 @@
 //! The event lane: a bounded log of encoded events, numbered without gaps, that any number of subscribers follow.
 //!
-//! One [`EventWriter`] appends; it never waits for a reader. A reader that falls behind the log is told so, with the
+//! One [`EventWriter`](crate::event_log::EventWriter) appends; it never waits for a reader. A reader that falls behind the log is told so, with the
 //! oldest number that is left.
 
 use std::collections::VecDeque;

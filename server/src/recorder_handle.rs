@@ -1,6 +1,6 @@
 //! What the running daemon hands to a recording, and how: through a bounded channel that the tick never waits on.
 //!
-//! The tick loop and the publisher hold a [`RecorderHandle`]; a writer thread holds the other end of the channel.
+//! The tick loop and the publisher hold a [`RecorderHandle`](crate::recorder_handle::RecorderHandle); a writer thread holds the other end of the channel.
 //! When the channel is full the item is dropped and counted, and the recording has to say so itself.
 
 use std::sync::Arc;

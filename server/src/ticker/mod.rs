@@ -1,6 +1,6 @@
 //! The clock of the world: a thread of its own that owns the [`World`](tsukamu_world::World) and steps it.
 //!
-//! It wakes for two things only: the time of the next step, and a [`request::Request`]. It never waits for a
+//! It wakes for two things only: the time of the next step, and a [`Request`](crate::ticker::request::Request). It never waits for a
 //! subscriber, a disk or a device.
 
 /// Commands, checked and answered.

@@ -93,11 +93,12 @@ pub(crate) async fn watch(server: &Server, n_subscribers: usize) -> anyhow::Resu
             let mut first = true;
             // The stream ends with an error when the server is killed.
             while let Ok(Some(message)) = frames.message().await {
-                if message.is_frame {
-                    count.add(message.n_bytes);
-                    if std::mem::replace(&mut first, false) {
-                        count.join();
-                    }
+                if !message.is_frame {
+                    continue;
+                }
+                count.add(message.n_bytes);
+                if std::mem::replace(&mut first, false) {
+                    count.join();
                 }
             }
         });

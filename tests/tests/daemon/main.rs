@@ -8,5 +8,4 @@ mod front;
 mod hands;
 mod mid_session;
 mod recordings;
-mod serial;
 mod support;

@@ -106,7 +106,7 @@ pub(crate) fn run(scene_name: &str, spec: &str, rate_hz: f64, after_s: f64) -> R
     let scene = scene(scene_name, rate_hz);
     let hand =
         build(spec, &SceneInfo::from(&scene)).unwrap_or_else(|fault| panic!("{spec}: {fault}"));
-    let mut world = World::new(scene.clone()).unwrap();
+    let mut world = World::new(scene.clone()).expect("a scene of the project's own");
     let n_ticks = ((hand.duration_s() + after_s) * rate_hz).ceil() as u64;
     let mut run = Run {
         rate_hz,

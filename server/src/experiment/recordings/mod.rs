@@ -1,12 +1,12 @@
 //! Recorded hands judged by the model: the share of runs in which the object is grasped and carried.
 //!
 //! *Pick runs* (`adroit_pick_policy`): a free object on the floor, where the run's object begins. A run counts as
-//! **carried** when the object was lifted by more than [`pick::LIFT_MIN_M`] and is held [`pick::HOLD_MARGIN_S`] before
+//! **carried** when the object was lifted by more than [`pick::LIFT_MIN_M`](crate::experiment::recordings::pick::LIFT_MIN_M) and is held [`pick::HOLD_MARGIN_S`](crate::experiment::recordings::pick::HOLD_MARGIN_S) before
 //! the end of the reference's hold (`t_grasp_end_s`, or the end of a run that is held to its end).
 //!
 //! *Door recordings* (`adroit_door_human`): a free bar of the lever's size, where the lever begins. There is nothing
 //! to carry the bar before it is grasped, so these scenes have no gravity. A recording counts as **grasped** when the bar was
-//! held for [`door::HOLD_MIN_S`] in one piece, and as **carried** when it went along for [`door::CARRY_MIN_M`].
+//! held for [`door::HOLD_MIN_S`](crate::experiment::recordings::door::HOLD_MIN_S) in one piece, and as **carried** when it went along for [`door::CARRY_MIN_M`](crate::experiment::recordings::door::CARRY_MIN_M).
 
 use std::fmt;
 use std::path::PathBuf;

@@ -100,7 +100,7 @@ fn pick_table(runs: &[PickRun]) -> Table {
             milli(run.path_error_max_m),
             milli(run.rigid_error_rms_m),
             milli(run.rigid_error_max_m),
-            verdict(run.grasped, run.carried).to_owned(),
+            verdict(run.grasp_s, run.carried).to_owned(),
         ]);
     }
     table
@@ -137,16 +137,17 @@ fn door_table(runs: &[DoorRun]) -> Table {
             number(run.pushed_m.map(|way| way * 100.0), 1),
             format!("{:.1}", run.carried_m * 100.0),
             number(run.reference_opposed_share.map(|share| share * 100.0), 0),
-            verdict(run.grasped, run.carried).to_owned(),
+            verdict(run.grasp_s, run.carried).to_owned(),
         ]);
     }
     table
 }
 
-const fn verdict(grasped: bool, carried: bool) -> &'static str {
-    match (grasped, carried) {
+/// What a run came to, given when it was grasped, in seconds.
+const fn verdict(grasp_s: Option<f64>, carried: bool) -> &'static str {
+    match (grasp_s, carried) {
         (_, true) => "carried",
-        (true, false) => "grasped only",
-        (false, false) => "not grasped",
+        (Some(_), false) => "grasped only",
+        (None, false) => "not grasped",
     }
 }
