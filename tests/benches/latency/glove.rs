@@ -1,4 +1,4 @@
-//! A glove that bends with every record, and a tracker that lies still.
+//! A glove that bends with every sixth record, and a tracker that lies still.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -15,42 +15,40 @@ use crate::match_up::now_ns;
 
 /// Records per second: a period of 5.3 ms, no multiple of the step.
 pub(crate) const RATE_HZ: f64 = 188.7;
-/// Bends that differ; they come again after 64 records, a third of a second.
-const N_BENDS: u64 = 64;
-/// Counts of the first bend.
-const FIRST_COUNT: u8 = 96;
+/// Records from one bend to the next: time enough for the finger to come to rest.
+const BEND_EVERY: u64 = 6;
+/// Raw counts of the finger, straight and bent: 20 degrees apart.
+const COUNTS: [u8; 2] = [100, 140];
 /// The joint that bends: the index finger's tip.
 pub(crate) const BENT_JOINT: usize = 7;
 /// A joint that does not: the thumb's metacarpal.
 pub(crate) const FIXED_JOINT: usize = 0;
 
-/// When each record was written: the place in the list is its number. Wall clock, ns.
+/// When each bend was written, wall clock, ns.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bends(Arc<Mutex<Vec<u64>>>);
 
 impl Bends {
+    /// Notes a bend that is written now; the counts of the finger from now on.
     fn next(&self) -> u8 {
         let mut written = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let bend = written.len() as u64 % N_BENDS;
         written.push(now_ns());
-        FIRST_COUNT + bend as u8
+        COUNTS[written.len() % COUNTS.len()]
     }
 
-    /// The newest record before a time: which bend it has, and when it was written.
-    pub(crate) fn newest_before(&self, time_ns: u64) -> Option<(u64, u64)> {
+    /// When the newest bend before a time was written.
+    pub(crate) fn newest_before(&self, time_ns: u64) -> Option<u64> {
         let written = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let number = written.iter().rposition(|at_ns| *at_ns < time_ns)?;
-        Some((number as u64 % N_BENDS, written[number]))
+        written.iter().rev().copied().find(|at_ns| *at_ns < time_ns)
     }
 
-    /// When the newest record with that bend before a time was written.
-    pub(crate) fn written_before(&self, bend: u64, time_ns: u64) -> Option<u64> {
+    /// Bends between two times.
+    pub(crate) fn n_between(&self, from_ns: u64, until_ns: u64) -> usize {
         let written = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let newest = written.iter().enumerate().rev();
-        let mut own = newest
-            .filter(|(number, _)| *number as u64 % N_BENDS == bend)
-            .map(|(_, at_ns)| *at_ns);
-        own.find(|at_ns| *at_ns < time_ns)
+        written
+            .iter()
+            .filter(|at_ns| (from_ns..until_ns).contains(*at_ns))
+            .count()
     }
 }
 
@@ -68,10 +66,14 @@ pub(crate) fn wear(folder: &Path, bends: &Bends) -> std::io::Result<Worn> {
         baud: 0,
     };
     let bends = bends.clone();
+    let mut n_records = 0;
     let bend = move |now_ns: u64, glove: &mut CyberGloveEmulator| {
         // Called right before the device is asked for bytes: only where a record is due there will be one.
         if glove.deadline().is_some_and(|due_ns| due_ns <= now_ns) {
-            glove.set_sensor(GloveSensor::IndexMcp, bends.next());
+            n_records += 1;
+            if n_records % BEND_EVERY == 0 {
+                glove.set_sensor(GloveSensor::IndexMcp, bends.next());
+            }
         }
     };
     let glove = CyberGloveEmulator::new(SensorCount::TwentyTwo, Handedness::Right);

@@ -1,75 +1,133 @@
-//! Which frame belongs to which record.
+//! Which frame belongs to which bend.
 
-use std::collections::BTreeMap;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use crate::glove::Bends;
 
+/// Share of a bend's way up to which the finger counts as where it was, or as there.
+const STILL: f64 = 0.01;
+/// Share of the way that may be left when the finger counts as nearly there.
+const NEAR: f64 = 0.10;
+/// Frames in which the two ends of the way are learnt.
+const N_LEARNING: u64 = 2000;
+
 /// What one frame shows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
-    /// Distance of two joints, micrometres: one value per bend.
-    pub(crate) distance_um: u64,
+    /// Distance of two joints that a bend changes, metres.
+    pub(crate) distance_m: f64,
     /// When the step was made, wall clock, ns.
     pub(crate) step_ns: u64,
     /// When the frame arrived, wall clock, ns.
     pub(crate) arrival_ns: u64,
 }
 
-/// How long one record took.
+/// How long one bend took, µs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Delay {
-    /// From the byte to the step, µs.
+    /// From the byte to the first step that it moves the finger in.
     pub(crate) to_step_us: f64,
-    /// From the byte to the subscriber, µs.
-    pub(crate) whole_us: f64,
+    /// From the byte to the subscriber's first frame with it.
+    pub(crate) first_us: f64,
+    /// From the byte to the subscriber's frame in which nine tenths of the way are done.
+    pub(crate) near_us: f64,
 }
 
-/// Frames and records, brought together.
-#[derive(Debug, Default)]
+/// Where the finger is between the two ends of its way.
+#[derive(Clone, Copy, Debug)]
+enum Phase {
+    /// At one of the ends.
+    Still { at_m: f64 },
+    /// On the way from an end; the bend that moves it was written at this time.
+    Leaving {
+        from_m: f64,
+        written_ns: u64,
+        delay: Delay,
+    },
+    /// Nearly at the end.
+    Nearly,
+}
+
+/// Frames and bends, brought together.
+#[derive(Debug)]
 pub(crate) struct MatchUp {
-    /// For each distance, how often each bend was the newest when it first showed.
-    learnt: BTreeMap<u64, BTreeMap<u64, u32>>,
-    last_um: Option<u64>,
-    /// One per record that showed.
+    /// The least and the largest distance.
+    ends_m: [f64; 2],
+    phase: Phase,
+    /// One per bend that showed.
     pub(crate) delays: Vec<Delay>,
     /// Frames seen.
     pub(crate) n_frames: u64,
     /// Frames that the daemon skipped for this subscriber.
     pub(crate) n_skipped: u64,
-    /// Changes whose record is not known.
-    pub(crate) n_unknown: u64,
+    /// When the ends of the way were known, wall clock, ns.
+    pub(crate) counting_since_ns: u64,
+}
+
+impl Default for MatchUp {
+    fn default() -> Self {
+        let ends_m = [f64::INFINITY, f64::NEG_INFINITY];
+        Self {
+            ends_m,
+            phase: Phase::Nearly,
+            delays: Vec::new(),
+            n_frames: 0,
+            n_skipped: 0,
+            counting_since_ns: 0,
+        }
+    }
 }
 
 impl MatchUp {
-    /// Takes a frame in. While learning, the newest record is taken for the one that shows; a record takes less than its
-    /// period as a rule, so the most frequent answer is the right one.
-    pub(crate) fn take(&mut self, seen: &Seen, bends: &Bends, is_learning: bool) {
+    /// Takes a frame in. Bends are so far apart that the newest one before a step is the one that shows in it.
+    pub(crate) fn take(&mut self, seen: &Seen, bends: &Bends) {
         self.n_frames += 1;
-        if self.last_um.replace(seen.distance_um) == Some(seen.distance_um) {
+        if self.n_frames < N_LEARNING {
+            self.ends_m = [
+                self.ends_m[0].min(seen.distance_m),
+                self.ends_m[1].max(seen.distance_m),
+            ];
+            self.counting_since_ns = seen.arrival_ns;
             return;
         }
-        if is_learning {
-            if let Some((bend, _)) = bends.newest_before(seen.arrival_ns) {
-                *self
-                    .learnt
-                    .entry(seen.distance_um)
-                    .or_default()
-                    .entry(bend)
-                    .or_default() += 1;
-            }
-            return;
+        let way_m = self.ends_m[1] - self.ends_m[0];
+        let share_from = |end_m: f64| (seen.distance_m - end_m).abs() / way_m;
+        let since = |from_ns: u64, at_ns: u64| at_ns.saturating_sub(from_ns) as f64 / 1000.0;
+        if let Phase::Still { at_m } = self.phase
+            && share_from(at_m) > STILL
+            && let Some(written_ns) = bends.newest_before(seen.step_ns)
+        {
+            let first_us = since(written_ns, seen.arrival_ns);
+            let delay = Delay {
+                to_step_us: since(written_ns, seen.step_ns),
+                first_us,
+                near_us: first_us,
+            };
+            self.phase = Phase::Leaving {
+                from_m: at_m,
+                written_ns,
+                delay,
+            };
         }
-        let bend = self
-            .learnt
-            .get(&seen.distance_um)
-            .and_then(|votes| votes.iter().max_by_key(|(_, votes)| **votes));
-        match bend.and_then(|(bend, _)| bends.written_before(*bend, seen.step_ns)) {
-            Some(written_ns) => self.delays.push(Delay {
-                to_step_us: seen.step_ns.saturating_sub(written_ns) as f64 / 1000.0,
-                whole_us: seen.arrival_ns.saturating_sub(written_ns) as f64 / 1000.0,
-            }),
-            None => self.n_unknown += 1,
+        if let Phase::Leaving {
+            from_m,
+            written_ns,
+            delay,
+        } = self.phase
+            && share_from(from_m) >= 1.0 - NEAR
+        {
+            self.delays.push(Delay {
+                near_us: since(written_ns, seen.arrival_ns),
+                ..delay
+            });
+            self.phase = Phase::Nearly;
+        }
+        if let Phase::Nearly = self.phase {
+            let end = self
+                .ends_m
+                .into_iter()
+                .find(|end_m| share_from(*end_m) <= STILL);
+            self.phase = end.map_or(self.phase, |at_m| Phase::Still { at_m });
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::match_up::{Delay, MatchUp};
 /// What VRPN needs on the same kind of machine only to forward a tracker, as it was measured before: usual and worst.
 const VRPN: &str = "605 µs and 4.0 ms";
 
-pub(crate) fn print(found: &MatchUp, rate_hz: f64) {
+pub(crate) fn print(found: &MatchUp, n_bends: usize, rate_hz: f64) {
     let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     println!(
         "serial byte to frame at a subscriber, loopback, {rate_hz} steps/s, emulated glove on a pseudo-terminal"
@@ -16,14 +16,14 @@ pub(crate) fn print(found: &MatchUp, rate_hz: f64) {
     );
     row("byte to step", found, |delay| delay.to_step_us);
     row("step to subscriber", found, |delay| {
-        delay.whole_us - delay.to_step_us
+        delay.first_us - delay.to_step_us
     });
-    row("byte to subscriber", found, |delay| delay.whole_us);
+    row("byte to subscriber", found, |delay| delay.first_us);
+    row("byte to 90 % of the way", found, |delay| delay.near_us);
     println!("for comparison: VRPN needs {VRPN} only to forward a tracker");
     println!(
-        "{} records, {} changes without a record, {} frames, {} skipped; load of the machine {}",
+        "{} of {n_bends} bends seen, {} frames, {} skipped; load of the machine {}",
         found.delays.len(),
-        found.n_unknown,
         found.n_frames,
         found.n_skipped,
         load.split_whitespace().next().unwrap_or("not told"),
