@@ -7,6 +7,7 @@ use crate::frame::{Event, EventKind, ReleaseReason};
 use crate::hand::hand_state::HandState;
 use crate::input::Command;
 use crate::scene::{OBJECTS_MAX, ObjectSpec};
+use crate::stages::touched::{end_hold, report_throw};
 use crate::state::{Body, ContactState, HandId, ObjectId, Slot};
 use crate::step::{World, start};
 
@@ -74,6 +75,9 @@ fn remove_object(world: &mut World, id: ObjectId) {
         return;
     }
     let mut stage = world.stage();
+    if stage.state.taken(id.slot).hold.is_some() {
+        end_hold(&mut stage, id.slot, ReleaseReason::Command);
+    }
     stage.report(id.slot, None, EventKind::ObjectRemoved);
     let bounds = stage.broad.bounds(id.slot).copied();
     stage.broad.clear(id.slot);
@@ -88,26 +92,31 @@ fn remove_object(world: &mut World, id: ObjectId) {
 }
 
 fn release(world: &mut World, id: ObjectId) {
-    let held = world.object(id).and_then(|body| body.hold);
-    let Some(hold) = held else { return };
+    if world.object(id).is_none_or(|body| body.hold.is_none()) {
+        return;
+    }
     let mut stage = world.stage();
+    let by = end_hold(&mut stage, id.slot, ReleaseReason::Command);
+    report_throw(&mut stage, id.slot, by);
     let body = stage.state.taken(id.slot);
     body.barred = true;
-    body.hold = None;
     body.contact = ContactState::Free;
-    stage.report(
-        id.slot,
-        hold.leader,
-        EventKind::Released {
-            reason: ReleaseReason::Command,
-        },
-    );
+    stage.scratch.changed.push(id.slot);
 }
 
 fn reset(world: &mut World) {
-    let (floor, track_length) = (world.scene().floor_height, world.scene().track_length());
+    let floor = world.scene().floor_height;
     let n_slots = world.state().slots.len() as u32;
     let mut stage = world.stage();
+    for slot in 0..n_slots {
+        if stage
+            .state
+            .body(slot)
+            .is_some_and(|body| body.hold.is_some())
+        {
+            end_hold(&mut stage, slot, ReleaseReason::Command);
+        }
+    }
     stage.frame.events.push(Event {
         object: None,
         hand: None,
@@ -119,7 +128,7 @@ fn reset(world: &mut World) {
         }
         let body = stage.state.taken(slot);
         let spec = Arc::clone(&body.spec);
-        *body = Body::new(spec, track_length);
+        *body = Body::new(spec);
         body.on_floor = is_on(&body.spec.shape, &body.pose, floor);
         stage.state.wake(slot);
         stage.note_motion(slot);

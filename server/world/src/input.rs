@@ -20,7 +20,7 @@ pub struct StepInput {
 pub struct HandInput {
     /// Which hand.
     pub hand: HandId,
-    /// Its sample; `None`, or one that is not finite, is "not seen".
+    /// Its sample; `None`, or one that is not valid, is "not seen".
     pub sample: Option<HandSample>,
 }
 

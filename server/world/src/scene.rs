@@ -15,6 +15,8 @@ pub const RATE_HZ_MAX: f64 = 4000.0;
 pub const OBJECTS_MAX: usize = 100_000;
 /// Farthest coordinate, in metres: beyond it positions lose their micrometres.
 pub const COORDINATE_MAX_M: f64 = 1.0e4;
+/// Strongest gravity along an axis, in m/s²: 100 times that of the earth.
+pub const GRAVITY_MAX: f64 = 1.0e3;
 /// Longest throw window, in seconds.
 pub const THROW_WINDOW_MAX_S: f64 = 0.5;
 
@@ -54,7 +56,7 @@ pub struct Scene {
     pub model: Model,
     /// Steps per second, 1 to 4000. The step length is its inverse.
     pub rate_hz: f64,
-    /// Gravity in m/s², world space (y up); it must not point upward.
+    /// Gravity in m/s², world space (y up), each number within 1000; it must not point upward.
     pub gravity: Vector3<f64>,
     /// Height of the floor's plane, in metres.
     pub floor_height: f64,
@@ -107,8 +109,10 @@ pub enum SceneFault {
     /// The step rate is out of bounds.
     #[error("rate_hz is {0}: it must be from {RATE_HZ_MIN} to {RATE_HZ_MAX} steps per second")]
     Rate(f64),
-    /// Gravity is not finite, or points upward.
-    #[error("gravity is {0:?}: it must be finite, and its y must not be above 0")]
+    /// Gravity is too strong, not finite, or points upward.
+    #[error(
+        "gravity is {0:?}: it must be within {GRAVITY_MAX} m/s², and its y must not be above 0"
+    )]
     Gravity([f64; 3]),
     /// The floor is not at a finite height.
     #[error("floor_height is {0}: it must be within {COORDINATE_MAX_M} m")]
@@ -198,7 +202,7 @@ impl Scene {
         if !(RATE_HZ_MIN..=RATE_HZ_MAX).contains(&self.rate_hz) {
             faults.push(SceneFault::Rate(self.rate_hz));
         }
-        if !self.gravity.iter().all(|x| x.is_finite()) || self.gravity.y > 0.0 {
+        if !self.gravity.iter().all(|x| x.abs() <= GRAVITY_MAX) || self.gravity.y > 0.0 {
             faults.push(SceneFault::Gravity(self.gravity.into()));
         }
         if !within_reach(self.floor_height) {

@@ -106,7 +106,7 @@ impl World {
         if !rest.is_empty() {
             return Err(SnapshotFault::Damaged);
         }
-        let state = stored.into_state(specs(&scene, ids)?, scene.track_length())?;
+        let state = stored.into_state(specs(&scene, ids)?)?;
         check_read(&state, &scene)?;
         Ok(Self::with(scene, state))
     }
@@ -146,7 +146,7 @@ impl Stored {
         }
     }
 
-    fn into_state(self, mut specs: Specs, track_length: usize) -> Result<State, SnapshotFault> {
+    fn into_state(self, mut specs: Specs) -> Result<State, SnapshotFault> {
         if self.generations.len() > OBJECTS_MAX {
             return Err(
                 StateFault::State("it has more slots than a scene may have objects").into(),
@@ -170,7 +170,7 @@ impl Stored {
             if body.rest == Rest::Awake {
                 awake.push(slot);
             }
-            place.body = Some(body.into_body(spec, track_length));
+            place.body = Some(body.into_body(spec));
         }
         if let Some(id) = specs.into_keys().next() {
             return Err(SnapshotFault::Object(id));
@@ -218,22 +218,21 @@ impl StoredBody {
         }
     }
 
-    fn into_body(self, spec: Arc<ObjectSpec>, track_length: usize) -> Body {
-        let mut body = Body::new(spec, track_length);
-        body.track.extend(self.track);
-        body.touches.extend(self.touches);
+    fn into_body(self, spec: Arc<ObjectSpec>) -> Body {
         Body {
             pose: self.pose,
             displacement: self.displacement,
             spin: self.spin,
+            track: self.track,
             contact: self.contact,
             hold: self.hold,
+            touches: self.touches,
             rest: self.rest,
             on_floor: self.on_floor,
             topple_case: self.topple_case,
             still: self.still,
             barred: self.barred,
-            ..body
+            ..Body::new(spec)
         }
     }
 }

@@ -141,17 +141,17 @@ pub struct State {
 }
 
 impl Body {
-    /// An object at its start, awake.
-    pub fn new(spec: Arc<ObjectSpec>, track_capacity: usize) -> Self {
+    /// An object at its start, awake. It takes memory for touches when a hand first touches it.
+    pub fn new(spec: Arc<ObjectSpec>) -> Self {
         Self {
             pose: spec.pose,
             spec,
             displacement: Vector3::zeros(),
             spin: UnitQuaternion::identity(),
-            track: Vec::with_capacity(track_capacity),
+            track: Vec::new(),
             contact: ContactState::Free,
             hold: None,
-            touches: Vec::with_capacity(64),
+            touches: Vec::new(),
             rest: Rest::Awake,
             on_floor: false,
             topple_case: 0,

@@ -10,7 +10,7 @@ use crate::contact::broad::BroadPhase;
 use crate::contact::{ContactScratch, Touch};
 use crate::digest;
 use crate::environment::floor::{FloorScratch, is_on};
-use crate::environment::neighbours::{Mover, NeighbourScratch};
+use crate::environment::neighbours::{Movers, NeighbourScratch};
 use crate::frame::{Event, EventKind, Feature, Frame};
 use crate::hand::hand_state::HandState;
 use crate::hand::part::JudgementPart;
@@ -44,7 +44,7 @@ pub struct HandTouch {
     pub part: JudgementPart,
     /// Which face or edge.
     pub feature: Feature,
-    /// Where the part is, world space, metres.
+    /// Where it touches: the place on the face's plane or on the edge that is nearest to the part. World space, metres.
     pub point: Point3<f64>,
     /// Unit, out of the object, world space.
     pub normal: Vector3<f64>,
@@ -61,7 +61,7 @@ pub(crate) struct Scratch {
     pub(crate) touches: Vec<Touch>,
     pub(crate) pairs: Vec<[Point3<f64>; 2]>,
     pub(crate) found: Vec<judge::Found>,
-    pub(crate) movers: Vec<Mover>,
+    pub(crate) movers: Movers,
     pub(crate) changed: Vec<u32>,
     pub(crate) moved: Vec<(u32, Aabb)>,
 }
@@ -247,23 +247,26 @@ impl World {
 
     /// Appends what a hand touches, ascending by object.
     pub fn contacts_of(&self, hand: HandId, contacts: &mut Vec<HandTouch>) {
+        let Some(posed) = self.state.hand(hand).map(|hand| &hand.posed) else {
+            return;
+        };
         for slot in self.state.awake.iter().copied() {
             let Some(body) = self.state.body(slot) else {
                 continue;
             };
             let object = self.state.id(slot);
-            contacts.extend(
-                body.touches
-                    .iter()
-                    .filter(|touch| touch.hand == hand)
-                    .map(|touch| HandTouch {
-                        object,
-                        part: touch.part,
-                        feature: touch.feature,
-                        point: body.pose * (touch.point + touch.motion),
-                        normal: body.pose.rotation * touch.normal,
-                    }),
-            );
+            let own = body.touches.iter().filter(|touch| touch.hand == hand);
+            contacts.extend(own.filter_map(|touch| {
+                let part = body.pose.inverse_transform_point(&touch.part_in(posed)?);
+                let point = touch.on_feature(&body.spec.shape, &part);
+                Some(HandTouch {
+                    object,
+                    part: touch.part,
+                    feature: touch.feature,
+                    point: body.pose * point,
+                    normal: body.pose.rotation * touch.normal,
+                })
+            }));
         }
     }
 
@@ -281,7 +284,7 @@ impl World {
 
 /// An object at its start in a scene.
 pub(crate) fn start(scene: &Scene, spec: Arc<crate::scene::ObjectSpec>) -> Body {
-    let mut body = Body::new(spec, scene.track_length());
+    let mut body = Body::new(spec);
     body.on_floor = is_on(&body.spec.shape, &body.pose, scene.floor_height);
     body
 }

@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::frame::Feature;
 use crate::hand::hand_state::HandState;
+use crate::hand::judgement::PosedHand;
 use crate::hand::part::JudgementPart;
 use crate::polyhedron::Polyhedron;
 use crate::polyhedron::aabb::Aabb;
@@ -59,6 +60,33 @@ impl Touch {
     /// still counts in the grasp test, for it is inside, but it pushes nothing (it would pull).
     pub fn presses(&self) -> bool {
         self.motion.dot(&self.normal) <= LEAVING_M
+    }
+
+    /// Where the touching place of the part is in a posed hand, world space; `None` if that hand has no such part.
+    pub fn part_in(&self, posed: &PosedHand) -> Option<Point3<f64>> {
+        match self.part {
+            JudgementPart::Point(index) => posed.points.get(usize::from(index)).copied(),
+            JudgementPart::Segment(index) => {
+                let [a, b] = posed.segments.get(usize::from(index))?;
+                Some(a + (b - a) * self.fraction)
+            }
+        }
+    }
+
+    /// The place on the face's plane, or on the edge, that is nearest to a point; object space, metres.
+    pub fn on_feature(&self, shape: &Polyhedron, point: &Point3<f64>) -> Point3<f64> {
+        match self.feature {
+            Feature::Face(face) => {
+                let face = &shape.faces()[face as usize];
+                point - face.normal * (face.normal.dot(&point.coords) - face.offset)
+            }
+            Feature::Edge(id) => {
+                let [from, _] = shape.edge_ends(id);
+                let edge = &shape.edges()[id as usize];
+                let along = edge.direction.dot(&(point - from));
+                from + edge.direction * along.clamp(0.0, edge.length)
+            }
+        }
     }
 }
 

@@ -22,13 +22,46 @@ pub(crate) struct NeighbourScratch {
     near: Vec<u32>,
 }
 
-/// An object that moved, and how far.
+/// An object that moved, or that a hand keeps where it is, and how far.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mover {
     /// Its slot.
     pub(crate) slot: u32,
     /// Translation of its centre of gravity in this step, metres, world space.
     pub(crate) translation: Vector3<f64>,
+}
+
+/// The objects that moved in a step, each once, in the order in which they did.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Movers {
+    list: Vec<Mover>,
+    /// By slot, whether it is in the list.
+    known: Vec<bool>,
+}
+
+impl Movers {
+    pub(crate) fn push(&mut self, mover: Mover) {
+        let index = mover.slot as usize;
+        if self.known.len() <= index {
+            self.known.resize(index + 1, false);
+        }
+        self.known[index] = true;
+        self.list.push(mover);
+    }
+
+    pub(crate) fn contains(&self, slot: u32) -> bool {
+        self.known.get(slot as usize).is_some_and(|known| *known)
+    }
+
+    pub(crate) fn as_slice(&self) -> &[Mover] {
+        &self.list
+    }
+
+    pub(crate) fn clear(&mut self) {
+        for mover in self.list.drain(..) {
+            self.known[mover.slot as usize] = false;
+        }
+    }
 }
 
 /// Translates what the movers run into along with them, and what that runs into likewise. The moved objects are
@@ -40,11 +73,11 @@ pub(crate) fn shove(
     state: &mut State,
     broad: &mut BroadPhase,
     floor: f64,
-    movers: &mut Vec<Mover>,
+    movers: &mut Movers,
     scratch: &mut NeighbourScratch,
 ) {
     let mut next = 0;
-    while let Some(&mover) = movers.get(next) {
+    while let Some(&mover) = movers.as_slice().get(next) {
         next += 1;
         let Some(bounds) = broad.bounds(mover.slot).copied() else {
             continue;
@@ -55,8 +88,7 @@ pub(crate) fn shove(
         scratch.near.clear();
         broad.query(&bounds, &mut scratch.near);
         for &other in &scratch.near {
-            let moved = movers.iter().any(|known| known.slot == other);
-            if moved || !runs_into(state, mover, other) {
+            if movers.contains(other) || !runs_into(state, mover, other) {
                 continue;
             }
             state.wake(other);

@@ -62,14 +62,14 @@ impl HandState {
 
     /// Takes the sample of this step, or none. Returns what became of the tracking before.
     ///
-    /// A sample that is not finite is none. Without a sample for longer than `grace_steps` the hand is lost.
+    /// A sample that is not valid is none. Without a sample for longer than `grace_steps` the hand is lost.
     pub fn advance(&mut self, sample: Option<&HandSample>, grace_steps: u64) -> Tracking {
         let was = self.tracking;
-        let Some(sample) = sample.filter(|sample| sample.is_finite()) else {
+        let Some(sample) = sample.filter(|sample| sample.is_valid()) else {
             self.unseen_steps = self.unseen_steps.saturating_add(1);
             if self.unseen_steps == 1 {
                 // It stands still: its last motion must not be taken for this step's.
-                self.before.clone_from(&self.posed);
+                self.before.copy_from(&self.posed);
             }
             self.tracking = match was {
                 Tracking::Never => Tracking::Never,
@@ -83,7 +83,7 @@ impl HandState {
         std::mem::swap(&mut self.posed, &mut self.before);
         pose_hand(&self.model, sample, &mut self.memory, &mut self.posed);
         if !matches!(was, Tracking::Tracked | Tracking::Held) {
-            self.before.clone_from(&self.posed);
+            self.before.copy_from(&self.posed);
         }
         was
     }

@@ -59,6 +59,15 @@ impl PosedHand {
         all.then(|| std::array::from_fn(|step| self.points[start + step]))
     }
 
+    /// Becomes a copy of another, in the memory that it has.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.wrist = other.wrist;
+        self.points.clone_from(&other.points);
+        self.point_valid.clone_from(&other.point_valid);
+        self.segments.clone_from(&other.segments);
+        self.segment_valid.clone_from(&other.segment_valid);
+    }
+
     /// Replaces a finger's four points and the ridges around them: how the shown hand differs from the tracked one.
     /// `points` are in world space, metres. Parts of the palm stay.
     pub fn set_finger(

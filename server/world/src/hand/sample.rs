@@ -3,6 +3,7 @@
 use nalgebra::{Isometry3, Point3};
 
 use super::joint::N_JOINTS;
+use crate::scene::COORDINATE_MAX_M;
 
 /// One hand at one time: where the wrist is and how the fingers stand.
 ///
@@ -68,6 +69,17 @@ pub struct FingerAngles {
 }
 
 impl HandSample {
+    /// Whether every number is finite and every place within the reach of a world, [`COORDINATE_MAX_M`]. The world takes
+    /// a sample that is not valid for none.
+    pub fn is_valid(&self) -> bool {
+        let within = |place: &Point3<f64>| place.iter().all(|x| x.abs() <= COORDINATE_MAX_M);
+        let fingers = match &self.fingers {
+            FingerPose::Angles(_) => true,
+            FingerPose::Points(points) => points.iter().flatten().all(within),
+        };
+        self.is_finite() && fingers && within(&self.wrist.translation.vector.into())
+    }
+
     /// Whether every number is finite. A sample that is not is no valid sample: inputs drop it and count it.
     pub fn is_finite(&self) -> bool {
         let wrist = self.wrist.translation.vector.iter().all(|x| x.is_finite())

@@ -2,12 +2,13 @@
 
 use nalgebra::{Isometry3, Point3};
 
-use super::hand_state::HandState;
+use super::hand_state::{HandState, Opening};
 use super::joint::{Finger, JointId, N_FINGERS, POINTS_PER_FINGER};
 use super::prism::PrismAxes;
-use super::retract::{FingerLinks, OpeningPath, retract_finger};
+use super::retract::{DEPTH_TOLERANCE, FingerLinks, OpeningPath, retract_finger};
 use super::skeleton::HandModel;
 use crate::polyhedron::Polyhedron;
+use crate::polyhedron::aabb::Aabb;
 use crate::query::point::{is_deeper, signed_distance};
 use crate::query::segment_depth::max_depth_above;
 
@@ -51,6 +52,12 @@ impl<'a> Held<'a> {
         {
             return 0.0;
         }
+        let thickest = radii
+            .iter()
+            .fold(model.point_radius, |most, r| most.max(*r));
+        if !Aabb::of(points).grown(thickest).meets(self.shape.aabb()) {
+            return 0.0;
+        }
         let mut deepest = 0.0_f64;
         for point in &points {
             // Its own distance is asked for only where it can be the deepest.
@@ -70,7 +77,8 @@ impl<'a> Held<'a> {
 
 /// Sets the shown joints of a hand. `touching` tells which fingers touch anything, `held` what the hand holds.
 ///
-/// A finger keeps, from its first touch to its last, the way back to the pose in which it touched first.
+/// A finger keeps, from its first touch to its last, the way back to the pose in which it touched first. One that
+/// goes right through what the others hold touches nothing by the rules of contact, and is opened all the same.
 pub fn show(hand: &mut HandState, touching: [bool; N_FINGERS], held: &[Option<Held<'_>>]) {
     for joint in JointId::all() {
         if let Some(point) = hand.posed.points.get(joint.index()) {
@@ -78,11 +86,16 @@ pub fn show(hand: &mut HandState, touching: [bool; N_FINGERS], held: &[Option<He
         }
     }
     for finger in Finger::ALL {
-        if !touching[finger.index()] {
-            hand.openings[finger.index()] = super::hand_state::Opening::default();
-            continue;
-        }
-        let Some(tracked) = hand.links(finger) else {
+        let is_holding = held.iter().any(Option::is_some);
+        let touches = touching[finger.index()];
+        let tracked = (touches || is_holding)
+            .then(|| hand.links(finger))
+            .flatten();
+        let Some(tracked) = tracked.filter(|links| touches || is_inside(hand, finger, links, held))
+        else {
+            if !touches {
+                hand.openings[finger.index()] = Opening::default();
+            }
             continue;
         };
         let known = hand.openings[finger.index()].path;
@@ -91,10 +104,24 @@ pub fn show(hand: &mut HandState, touching: [bool; N_FINGERS], held: &[Option<He
             OpeningPath::new(&hand.model, finger, before.directions)
         });
         hand.openings[finger.index()].path = Some(path);
-        if held.iter().any(Option::is_some) {
+        if is_holding {
             open(hand, finger, &tracked, &path, held);
         }
     }
+}
+
+/// Whether a finger is deeper in anything that is held than on its surface.
+fn is_inside(
+    hand: &HandState,
+    finger: Finger,
+    tracked: &FingerLinks,
+    held: &[Option<Held<'_>>],
+) -> bool {
+    let points = tracked.points();
+    let depth = |held: &Held<'_>| held.depth(&hand.model, finger, &points);
+    held.iter()
+        .flatten()
+        .any(|held| depth(held) > DEPTH_TOLERANCE)
 }
 
 fn open(

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use crate::environment::floor::{Outcome, is_on, lifted, lowest, settle};
+use crate::environment::floor::{Outcome, is_on, lifted, settle};
 use crate::environment::neighbours::{Stop, stop_on_the_way};
 use crate::environment::targets;
 use crate::frame::{EventKind, Support};
@@ -25,7 +25,7 @@ pub(crate) fn advance(stage: &mut Stage<'_>) {
             .found
             .binary_search_by_key(&slot, |found| found.slot);
         let held = touched.is_ok_and(|index| stage.scratch.found[index].is_moved());
-        let shoved = stage.scratch.movers.iter().any(|mover| mover.slot == slot);
+        let shoved = stage.scratch.movers.contains(slot);
         if !held && !shoved {
             advance_one(stage, slot);
         }
@@ -92,10 +92,10 @@ fn way(stage: &mut Stage<'_>, slot: u32) -> Way {
         };
     }
     let to = inertia::free(&body.pose, &body.displacement, &body.spin, &gravity_step);
-    if lowest(shape, &to) >= floor {
+    if !is_on(shape, &to, floor) {
         return Way {
             to,
-            on_floor: is_on(shape, &to, floor),
+            on_floor: false,
             landed: false,
             outcome: None,
         };
@@ -170,15 +170,25 @@ fn stop_at(stage: &mut Stage<'_>, slot: u32, stop: &Stop) {
     rest(stage, slot, Rest::OnObject(stop.by));
 }
 
+/// It lies still. While a hand touches it, it stays awake all the same, or the end of the contact would go unseen.
 fn rest(stage: &mut Stage<'_>, slot: u32, on: Rest) {
+    let touched = stage
+        .scratch
+        .found
+        .binary_search_by_key(&slot, |found| found.slot)
+        .is_ok();
     let body = stage.state.taken(slot);
     body.stop();
-    body.rest = on;
+    if body.touches.is_empty() {
+        body.rest = on;
+    }
     let said = std::mem::replace(&mut body.still, true);
+    if touched || !said {
+        stage.scratch.changed.push(slot);
+    }
     if said {
         return;
     }
-    stage.scratch.changed.push(slot);
     let on = match on {
         Rest::OnObject(other) => Support::Object(stage.state.id(other)),
         Rest::OnFloor | Rest::Awake => Support::Floor,

@@ -6,8 +6,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::classify::{Verdict, classify, classify_push, widest_pair};
 use crate::contact::{self, Path, Touch};
-use crate::frame::{ReleaseReason, Tracking};
-use crate::hand::part::JudgementPart;
+use crate::frame::ReleaseReason;
 use crate::motion::{grasp, inertia};
 use crate::scene::Model;
 use crate::state::{Body, ContactState, HandId, Hold, State};
@@ -64,9 +63,7 @@ fn judge(stage: &mut Stage<'_>, slot: u32) -> Option<Found> {
     let supposed = match held {
         Some(hold) => followed(stage.state, body, &hold, &mut stage.scratch.pairs),
         // What lies, stands or is pushed is met where it is; only what flies is met on its way.
-        None if body.on_floor || body.is_resting() || body.contact != ContactState::Free => {
-            body.pose
-        }
+        None if body.on_floor || body.still || body.contact != ContactState::Free => body.pose,
         None => inertia::free(&body.pose, &body.displacement, &body.spin, &gravity_step),
     };
     let angle = body.spec.grasp_angle.unwrap_or(stage.scene.grasp_angle);
@@ -155,28 +152,16 @@ fn followed(
     pairs.clear();
     pairs.extend(body.touches.iter().filter_map(|touch| {
         let hand = state.hand(touch.hand)?;
-        Some([part_at(&hand.before, touch)?, part_at(&hand.posed, touch)?])
+        Some([touch.part_in(&hand.before)?, touch.part_in(&hand.posed)?])
     }));
     let moved = grasp::rigid_motion(pairs) * body.pose;
     Isometry3::from_parts(moved.translation, inertia::unit(moved.rotation))
 }
 
-/// Where the touching place of a part is in a posed hand, world space.
-fn part_at(posed: &crate::hand::judgement::PosedHand, touch: &Touch) -> Option<Point3<f64>> {
-    match touch.part {
-        JudgementPart::Point(index) => posed.points.get(usize::from(index)).copied(),
-        JudgementPart::Segment(index) => {
-            let [a, b] = posed.segments.get(usize::from(index))?;
-            Some(a + (b - a) * touch.fraction)
-        }
-    }
-}
-
 fn release_reason(state: &State, body: &Body, touches: &[Touch], threshold: f64) -> ReleaseReason {
     let lost = |id: HandId| {
-        state
-            .hand(id)
-            .is_none_or(|hand| hand.tracking == Tracking::Lost)
+        // Gone, lost, or another one that was not seen yet.
+        state.hand(id).is_none_or(|hand| !hand.can_touch())
     };
     if body.touches.iter().any(|touch| lost(touch.hand)) {
         return ReleaseReason::TrackingLost;

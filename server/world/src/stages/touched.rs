@@ -8,11 +8,14 @@ use crate::environment::floor::{is_on, lifted};
 use crate::environment::neighbours::{Mover, shove};
 use crate::frame::{EventKind, ReleaseReason};
 use crate::motion::{grasp, inertia, push};
-use crate::state::{Body, ContactState, Hold};
+use crate::state::{Body, ContactState, HandId, Hold};
 use crate::step::Stage;
 
 /// Speed in m/s from which a release is a throw: below it the object was let go.
 const THROW_SPEED: f64 = 0.05;
+
+/// Touches that an object takes memory for when it is first touched: as many as two hands in a tight grip make.
+const TOUCHES_RESERVED: usize = 64;
 
 /// Moves what hands touch and reports what changed.
 pub(crate) fn advance(stage: &mut Stage<'_>) {
@@ -26,6 +29,9 @@ pub(crate) fn advance(stage: &mut Stage<'_>) {
         let touches = &stage.scratch.touches[one.touches.clone()];
         let body = stage.state.taken(one.slot);
         body.touches.clear();
+        if body.touches.capacity() < touches.len() {
+            body.touches.reserve(touches.len().max(TOUCHES_RESERVED));
+        }
         body.touches.extend_from_slice(touches);
     }
     stage.scratch.found = found;
@@ -37,6 +43,9 @@ fn apply(stage: &mut Stage<'_>, found: &Found) {
         Verdict::Free => {
             let body = stage.state.taken(found.slot);
             body.barred &= found.grasps;
+            // What was pushed goes on like what was held: by the throw window. The next touch begins a new one.
+            body.displacement = release_displacement(body);
+            body.track.clear();
             if body.contact != ContactState::Free {
                 body.contact = ContactState::Free;
                 stage.scratch.changed.push(found.slot);
@@ -66,18 +75,13 @@ fn apply(stage: &mut Stage<'_>, found: &Found) {
 
 fn place(stage: &mut Stage<'_>, found: &Found, contact: ContactState, pose: Isometry3<f64>) {
     let slot = found.slot;
-    let n_contacts = found.touches.len() as u32;
-    let first_hand = stage
-        .scratch
-        .touches
-        .get(found.touches.start)
-        .map(|touch| touch.hand);
     let (floor, track_length) = (stage.scene.floor_height, stage.scene.track_length());
     stage.state.wake(slot);
     let body = stage.state.taken(slot);
     let before = body.pose;
     let pose = lifted(&body.spec.shape, &pose, floor);
     let was = std::mem::replace(&mut body.contact, contact);
+    body.barred &= found.grasps;
     body.pose = pose;
     body.displacement = pose.translation.vector - before.translation.vector;
     body.spin = inertia::unit(pose.rotation * before.rotation.inverse());
@@ -89,13 +93,25 @@ fn place(stage: &mut Stage<'_>, found: &Found, contact: ContactState, pose: Isom
     if let Verdict::Grasped(pair) = &found.verdict {
         hold(stage, found, pair);
     } else if was != contact {
-        stage.report(slot, first_hand, EventKind::Pushed { n_contacts });
+        report_push(stage, found);
     }
     if moved || was != contact {
         stage.note_motion(slot);
+    }
+    // What is held stays in its hand, whatever runs into it.
+    if moved || was != contact || contact == ContactState::Grasped {
         let translation = stage.state.taken(slot).displacement;
         stage.scratch.movers.push(Mover { slot, translation });
     }
+}
+
+/// Says that an object is pushed from now on: by how many contacts, and by the first hand that presses.
+fn report_push(stage: &mut Stage<'_>, found: &Found) {
+    let touches = &stage.scratch.touches[found.touches.clone()];
+    let pressing = touches.iter().filter(|touch| touch.presses());
+    let hand = pressing.clone().next().map(|touch| touch.hand);
+    let n_contacts = pressing.count() as u32;
+    stage.report(found.slot, hand, EventKind::Pushed { n_contacts });
 }
 
 /// Begins a hold or goes on with it. The object keeps its pose in the leader's space; where the floor or a change of
@@ -136,8 +152,15 @@ fn hold(stage: &mut Stage<'_>, found: &Found, pair: &GraspPair) {
 }
 
 fn let_go(stage: &mut Stage<'_>, found: &Found, reason: ReleaseReason) {
-    let rate = stage.scene.rate_hz;
-    let body = stage.state.taken(found.slot);
+    let by = end_hold(stage, found.slot, reason);
+    if found.verdict == Verdict::Free {
+        report_throw(stage, found.slot, by);
+    }
+}
+
+/// Takes an object out of the hand that it follows, to go on by its throw window. Returns that hand.
+pub(crate) fn end_hold(stage: &mut Stage<'_>, slot: u32, reason: ReleaseReason) -> Option<HandId> {
+    let body = stage.state.taken(slot);
     let by = body
         .hold
         .take()
@@ -145,16 +168,23 @@ fn let_go(stage: &mut Stage<'_>, found: &Found, reason: ReleaseReason) {
         .or_else(|| body.touches.first().map(|touch| touch.hand));
     body.displacement = release_displacement(body);
     body.track.clear();
-    let velocity = body.displacement * rate;
-    stage.report(found.slot, by, EventKind::Released { reason });
-    if found.verdict == Verdict::Free && velocity.norm() >= THROW_SPEED {
-        stage.report(found.slot, by, EventKind::Thrown { velocity });
+    stage.report(slot, by, EventKind::Released { reason });
+    by
+}
+
+/// Says that an object was thrown, if it is fast enough.
+pub(crate) fn report_throw(stage: &mut Stage<'_>, slot: u32, by: Option<HandId>) {
+    let velocity = stage.state.taken(slot).displacement * stage.scene.rate_hz;
+    if velocity.norm() >= THROW_SPEED {
+        stage.report(slot, by, EventKind::Thrown { velocity });
     }
 }
 
 /// Keeps the last positions of a touched object, as many as the throw window asks for.
 fn keep_track(body: &mut Body, length: usize) {
     if length > 2 {
+        body.track
+            .reserve_exact(length.saturating_sub(body.track.len()));
         if body.track.len() == length {
             body.track.remove(0);
         }
@@ -209,7 +239,7 @@ fn report_contacts(stage: &mut Stage<'_>, found: &Found) {
 /// Translates what touched objects ran into along with them.
 pub(crate) fn shove_neighbours(stage: &mut Stage<'_>) {
     let mut movers = std::mem::take(&mut stage.scratch.movers);
-    let n_touched = movers.len();
+    let n_touched = movers.as_slice().len();
     let floor = stage.scene.floor_height;
     shove(
         stage.state,
@@ -218,7 +248,7 @@ pub(crate) fn shove_neighbours(stage: &mut Stage<'_>) {
         &mut movers,
         &mut stage.scratch.neighbours,
     );
-    for mover in &movers[n_touched..] {
+    for mover in &movers.as_slice()[n_touched..] {
         let body = stage.state.taken(mover.slot);
         body.on_floor = is_on(&body.spec.shape, &body.pose, floor);
         body.still = false;

@@ -298,3 +298,44 @@ fn a_shown_finger_never_goes_more_than_a_millimetre_into_what_it_holds() {
         "the tracked tips must be inside for this to say anything: {deepest_tracked}"
     );
 }
+
+#[test]
+fn a_shown_finger_does_not_go_through_a_thin_plate_that_the_others_hold() {
+    use tsukamu_world::polyhedron::shapes;
+    use tsukamu_world::query::segment_depth::max_depth_above;
+    let plate = shapes::cuboid(&Vector3::new(0.004, 0.1, 0.1)).unwrap();
+    let mut world = World::new(scene(240.0, vec![object("a", plate, [0.0, 0.05, 0.0])])).unwrap();
+    // The middle finger bends from in front of the plate to behind it; none of its joints ends inside.
+    let hand = |bend: f64, gap: f64| {
+        let mut hand = whole_pinch(Vector3::new(0.0, 0.05, 0.0), gap);
+        if let tsukamu_world::hand::sample::FingerPose::Points(points) = &mut hand.fingers {
+            for (step, x) in [0.06, 0.04, 0.03 - bend, 0.02 - 2.0 * bend]
+                .into_iter()
+                .enumerate()
+            {
+                let away = 0.012 * step as f64;
+                points[8 + step] = Some([x, 0.09 - away, 0.04 - away].into());
+            }
+        }
+        hand
+    };
+    let close = (0..60).map(|i| hand(0.0, 0.03 - 0.0005 * f64::from(i.min(55))));
+    let bend = (0..60).map(|i| hand(0.0004 * f64::from(i), 0.002));
+    run(&mut world, close.chain(bend));
+    let (_, body) = world.objects().next().unwrap();
+    assert_eq!(body.contact, ContactState::Grasped);
+    let frame = &world.frame().hands[0];
+    let depth = |joints: &[Option<nalgebra::Point3<f64>>]| {
+        let places: Vec<_> = joints[8..12]
+            .iter()
+            .flatten()
+            .map(|p| body.pose.inverse_transform_point(p))
+            .collect();
+        let links = places.windows(2);
+        links
+            .map(|ends| max_depth_above(&body.spec.shape, &ends[0], &ends[1], 0.0))
+            .fold(0.0, f64::max)
+    };
+    assert!(depth(&frame.tracked) > 1.5e-3, "{}", depth(&frame.tracked));
+    assert!(depth(&frame.shown) < 1e-3, "{}", depth(&frame.shown));
+}

@@ -6,11 +6,13 @@
 )]
 
 mod determinism;
+mod extremes;
 mod falling;
 mod floor_cases;
 mod grasping;
 mod hands_together;
 mod laws;
+mod letting_go;
 mod neighbours;
 mod script;
 mod snapshots;

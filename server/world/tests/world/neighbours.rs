@@ -131,3 +131,46 @@ fn an_object_let_go_on_another_stays_there() {
     );
     assert!(world.objects().all(|(_, body)| body.is_resting()));
 }
+
+#[test]
+fn what_another_hand_holds_still_is_not_pushed_out_of_it() {
+    use tsukamu_world::hand::joint::Side;
+    use tsukamu_world::hand::skeleton::HandModel;
+    use tsukamu_world::input::{Command, HandInput, StepInput};
+    use tsukamu_world::state::HandId;
+
+    let two = vec![
+        object("still", cube(0.05), [0.0, 0.025, 0.0]),
+        object("moving", cube(0.05), [0.2, 0.025, 0.0]),
+    ];
+    let mut world = World::new(scene(240.0, two)).unwrap();
+    let add = |hand| Command::AddHand {
+        hand,
+        model: Box::new(HandModel::adult(Side::Right)),
+    };
+    world.step(&StepInput {
+        commands: vec![add(HandId(1)), add(HandId(2))],
+        hands: vec![],
+    });
+    let mut step = |still: HandSample, moving: HandSample| {
+        let hands = [(HandId(1), still), (HandId(2), moving)];
+        let hands = hands.map(|(hand, sample)| HandInput {
+            hand,
+            sample: Some(sample),
+        });
+        world.step(&StepInput {
+            commands: vec![],
+            hands: hands.to_vec(),
+        });
+        let poses: Vec<_> = world.objects().map(|(_, body)| body.position()).collect();
+        poses
+    };
+    let [here, there] = [[0.0, 0.025, 0.0], [0.2, 0.025, 0.0]].map(Vector3::from);
+    for (still, moving) in grip(here).zip(grip(there)) {
+        step(still, moving);
+    }
+    for moving in steps(there, Vector3::new(0.03, 0.025, 0.0), 170) {
+        let places = step(pinch(here, 0.041), moving);
+        assert!((places[0].coords - here).norm() < 1e-9, "{}", places[0]);
+    }
+}

@@ -1,6 +1,7 @@
 //! A steady step allocates nothing.
 
 use nalgebra::Vector3;
+use tsukamu_world::StepInput;
 use tsukamu_world::World;
 use tsukamu_world::hand::sample::HandSample;
 use tsukamu_world::state::ContactState;
@@ -57,4 +58,23 @@ fn carrying_falling_and_resting_allocate_nothing() {
         ContactState::Grasped
     );
     assert_eq!(count.count_total, 0, "{count:?}");
+    // A source slower than the steps: every other one has no sample.
+    let count = allocation_counter::measure(|| {
+        for input in inputs.iter().rev().take(20) {
+            world.step(input);
+            world.step(&StepInput::default());
+        }
+    });
+    assert_eq!(count.count_total, 0, "{count:?}");
+}
+
+#[test]
+fn an_object_that_nothing_touches_takes_no_memory_for_touches() {
+    let start = tsukamu_world::scene::Scene {
+        throw_window_s: 0.5,
+        ..scene(4000.0, vec![object("a", cube(0.05), [0.0, 0.025, 0.0])])
+    };
+    let world = World::new(start).unwrap();
+    let (_, body) = world.objects().next().unwrap();
+    assert_eq!((body.touches.capacity(), body.track.capacity()), (0, 0));
 }
