@@ -18,6 +18,8 @@ use crate::retry::RetryPolicy;
 
 /// Where a daemon listens unless told otherwise.
 pub const DEFAULT_ADDRESS: &str = "http://127.0.0.1:7447";
+/// Port of a daemon that was given no other.
+pub const DEFAULT_PORT: u16 = 7447;
 /// Largest message that is taken, bytes: a scene of many meshes.
 const MAX_MESSAGE_BYTES: usize = 64 << 20;
 /// What one stream may have under way, bytes. Small, so that a slow reader gets new frames, not a long queue of old
@@ -31,7 +33,7 @@ const KEEP_ALIVE: Duration = Duration::from_secs(5);
 /// Where to connect to, and how patiently.
 #[derive(Clone, Debug)]
 pub struct ConnectOptions {
-    /// `http://host:port`; without a scheme, `http` is meant.
+    /// `http://host:port`; without a scheme, `http` is meant, and without that and a port, [`DEFAULT_PORT`].
     pub address: String,
     /// Longest wait for one attempt, and for the answer of one status call.
     pub timeout: Duration,
@@ -189,7 +191,13 @@ fn endpoint(options: &ConnectOptions) -> Result<Endpoint, ConnectError> {
     if address.starts_with("https://") {
         return Err(bad("this client speaks plain http only"));
     }
-    let endpoint = Endpoint::from_shared(address).map_err(|error| bad(&root_cause(&error)))?;
+    let parse =
+        |address: String| Endpoint::from_shared(address).map_err(|error| bad(&root_cause(&error)));
+    let mut endpoint = parse(address)?;
+    if !given.contains("://") && endpoint.uri().port().is_none() {
+        let host = given.trim_end_matches(['/', ':']);
+        endpoint = parse(format!("http://{host}:{DEFAULT_PORT}"))?;
+    }
     if endpoint.uri().scheme_str() != Some("http")
         || endpoint.uri().host().is_none_or(str::is_empty)
     {
@@ -228,6 +236,10 @@ mod tests {
         };
         check("http://127.0.0.1:7447", Ok("http://127.0.0.1:7447/"));
         check("127.0.0.1:7447", Ok("http://127.0.0.1:7447/"));
+        check("127.0.0.1", Ok("http://127.0.0.1:7447/"));
+        check("studio/", Ok("http://studio:7447/"));
+        check("http://studio", Ok("http://studio/"));
+        check(":", Err("host"));
         check(" studio:80 ", Ok("http://studio:80/"));
         check("[::1]:7447", Ok("http://[::1]:7447/"));
         check("", Err("empty"));

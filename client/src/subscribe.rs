@@ -56,7 +56,7 @@ pub enum WatchError {
     #[error(transparent)]
     Connect(#[from] ConnectError),
     /// The daemon refused the request.
-    #[error("the daemon refuses: {}: {message}", code.description())]
+    #[error("the daemon refuses: {}", if message.is_empty() { code.description() } else { message })]
     Refused {
         /// What kind of refusal.
         code: Code,

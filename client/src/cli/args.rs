@@ -7,11 +7,11 @@ use tsukamu_client::connect::DEFAULT_ADDRESS;
 #[derive(Debug, Parser)]
 #[command(name = "tsukamu", version, arg_required_else_help = true)]
 pub(crate) struct Args {
-    /// Address of the daemon.
-    #[arg(long, short, global = true, env = "TSUKAMU_ADDRESS", default_value = DEFAULT_ADDRESS, value_name = "URL")]
+    /// Address of the daemon, e.g. 127.0.0.1:7447.
+    #[arg(long, short, global = true, env = "TSUKAMU_ADDRESS", default_value = DEFAULT_ADDRESS, value_name = "ADDRESS")]
     pub(crate) address: String,
     /// Keep trying to reach it for this many seconds.
-    #[arg(long, global = true, default_value_t = 0.0, value_name = "SECONDS")]
+    #[arg(long, global = true, default_value_t = 0.0, value_name = "S", value_parser = not_negative, allow_negative_numbers = true)]
     pub(crate) wait: f64,
     /// Print JSON: one object, or one per line where it goes on.
     #[arg(long, global = true)]
@@ -54,7 +54,7 @@ pub(crate) enum Command {
 #[derive(Debug, clap::Args)]
 pub(crate) struct WatchArgs {
     /// Most frames per second; 0 is every step.
-    #[arg(long, default_value_t = 60.0, value_name = "HZ", value_parser = not_negative)]
+    #[arg(long, alias = "rate-hz", default_value_t = 60.0, value_name = "HZ", value_parser = not_negative, allow_negative_numbers = true)]
     pub(crate) rate: f64,
     /// Stop after this many frames.
     #[arg(long, value_name = "N")]
@@ -123,7 +123,7 @@ pub(crate) enum RecordCommand {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct PlayArgs {
-    /// Name of the recording, as `tsukamu record list` shows it.
+    /// Name of the recording, as `tsukamu record list` shows it; `.mcap` may be left out.
     pub(crate) name: String,
 }
 
@@ -137,7 +137,7 @@ pub(crate) struct DevicesArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct StepArgs {
     /// Steps to do.
-    #[arg(default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000), allow_negative_numbers = true)]
     pub(crate) n: u32,
 }
 

@@ -104,10 +104,20 @@ async fn list(client: &Client, as_json: bool) -> Result<()> {
 }
 
 pub(crate) async fn play(client: &Client, args: PlayArgs, as_json: bool) -> Result<()> {
-    let what = format!("{} is being played", args.name);
+    let name = file_name(args.name);
+    let what = format!("{name} is being played");
     let answer = client
         .recordings()
-        .play_recording(PlayRecordingRequest { name: args.name })
+        .play_recording(PlayRecordingRequest { name })
         .await;
     control::done(answer, &what, as_json)
+}
+
+/// The file's name, which ends as every recording's does.
+fn file_name(name: String) -> String {
+    if name.ends_with(".mcap") {
+        name
+    } else {
+        format!("{name}.mcap")
+    }
 }
