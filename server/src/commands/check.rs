@@ -10,7 +10,7 @@ use tsukamu_server::settings::overrides::Overrides;
 use tsukamu_server::settings::{Settings, calibration, load as load_settings};
 
 use super::Failure;
-use super::output::{say, tell};
+use super::output::{count, say, tell};
 
 /// Arguments of `tsukamud check`.
 #[derive(Debug, Args)]
@@ -90,9 +90,9 @@ fn check_one(file: &str) -> Result<String, String> {
         Kind::Calibration => {
             let calibration = calibration::load(path).map_err(|mistakes| mistakes.to_string())?;
             Ok(format!(
-                "calibration of {:?}, {} sensors",
+                "calibration of {:?}, {}",
                 calibration.wearer,
-                calibration.sensors.len()
+                count(calibration.sensors.len() as u64, "sensor")
             ))
         }
         Kind::HandCsv => {
@@ -147,16 +147,16 @@ fn scene_summary(loaded: &LoadedScene) -> Result<String, String> {
         .objects
         .iter()
         .map(|object| object.shape.volume() * 1.0e3)
-        .sum();
+        .fold(0.0, |sum, litres| sum + litres);
     let hands: Vec<String> = hands.into_iter().map(|hand| hand.name).collect();
     let hands = if hands.is_empty() {
         "no hand of its own".to_owned()
     } else {
         hands.join(", ")
     };
-    let n_objects = scene.objects.len();
+    let n_objects = count(scene.objects.len() as u64, "object");
     Ok(format!(
-        "scene {:?}, {n_objects} objects with {faces} faces and {litres:.3} l, driven by {hands}",
+        "scene {:?}, {n_objects} with {faces} faces and {litres:.3} l, driven by {hands}",
         scene.name
     ))
 }
@@ -170,10 +170,11 @@ fn settings_summary(settings: &Settings) -> Result<String, String> {
         None => loaded.default_hands.clear(),
     }
     let (listen, mode) = (settings.listen, settings.world.mode.name());
-    let (n_devices, n_hands) = (settings.devices.len(), settings.hands.len());
+    let n_devices = count(settings.devices.len() as u64, "device");
+    let n_hands = count(settings.hands.len() as u64, "hand");
     let scene = scene_summary(&loaded)?;
     Ok(format!(
-        "settings: {mode} on {listen}, {n_devices} devices, {n_hands} hands of theirs; {scene}"
+        "settings: {mode} on {listen}, {n_devices}, {n_hands} of theirs; {scene}"
     ))
 }
 

@@ -15,6 +15,7 @@ use tsukamu_server::settings::calibration;
 use tsukamu_world::hand::joint::Side;
 
 use super::Failure;
+use super::given::missing_hand;
 use super::output::{say, tell};
 
 /// What is emulated.
@@ -47,13 +48,13 @@ pub(super) struct EmulateArgs {
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
     /// Sensors of the glove, 18 or 22.
-    #[arg(long, default_value = "18", value_parser = ["18", "22"])]
+    #[arg(long, value_name = "N", default_value = "18", value_parser = ["18", "22"])]
     sensors: String,
     /// The wearer's calibration file, as the daemon uses it.
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
     /// Line rate in bit/s; 0 is no pacing.
-    #[arg(long, default_value_t = 115_200)]
+    #[arg(long, value_name = "BIT/S", default_value_t = 115_200)]
     baud: u32,
     /// Play the motion once and hold its end; otherwise it begins again.
     #[arg(long)]
@@ -93,10 +94,12 @@ pub(super) fn emulate(args: &EmulateArgs) -> Result<(), Failure> {
                 plug(args, is_pair.then_some("glove")),
             )
         })
-        .transpose()?;
+        .transpose()
+        .with_context(|| cannot_plug(args))?;
     let tracker = (args.device != Device::Cyberglove)
         .then(|| spawn_tracker(played, place, plug(args, is_pair.then_some("tracker"))))
-        .transpose()?;
+        .transpose()
+        .with_context(|| cannot_plug(args))?;
     let glove_path = glove.as_ref().map(|glove| glove.path().to_owned());
     let tracker_path = tracker.as_ref().map(|tracker| tracker.path().to_owned());
     match (glove_path, tracker_path) {
@@ -126,6 +129,9 @@ fn motion(args: &EmulateArgs) -> Result<(Motion, String), Failure> {
         text.clone()
     };
     let usage = |fault: String| Failure::Usage(format!("--motion {}: {fault}", args.motion));
+    if let Some(fault) = missing_hand(&text) {
+        return Err(usage(fault));
+    }
     let spec =
         HandSourceSpec::parse(&text, Path::new("")).map_err(|fault| usage(fault.to_string()))?;
     let own = builtin::names().find(|name| *name == bare || name.ends_with(&format!("/{bare}")));
@@ -155,6 +161,19 @@ fn plug(args: &EmulateArgs, suffix: Option<&str>) -> Plug {
         link,
         baud: Some(args.baud),
     }
+}
+
+fn cannot_plug(args: &EmulateArgs) -> String {
+    let link = args.link.as_ref();
+    link.map_or_else(
+        || "opening a pseudo-terminal".to_owned(),
+        |link| {
+            format!(
+                "opening a pseudo-terminal and linking {} to it",
+                link.display()
+            )
+        },
+    )
 }
 
 /// The part of a settings file that plugs one device in.

@@ -10,10 +10,10 @@ use tsukamu_server::experiment::operations;
 use tsukamu_server::experiment::recordings::{self, Play, RecordingsOptions, SetName, Stands};
 use tsukamu_server::experiment::transitions::{self, Transitions};
 use tsukamu_server::record::reader;
-use tsukamu_world::scene::{RATE_HZ_MAX, RATE_HZ_MIN};
 
 use super::Failure;
-use super::output::{progress_bar, say};
+use super::given::{ensure_recording, rate};
+use super::output::{progress_bar, say, tell};
 
 /// Arguments of `tsukamud experiment`.
 #[derive(Debug, Args)]
@@ -50,7 +50,7 @@ struct RecordingsArgs {
     #[arg(long, value_name = "M")]
     point_radius: Option<f64>,
     /// Steps per second, 1 to 4000.
-    #[arg(long, value_name = "HZ", value_parser = rate, default_value_t = recordings::RATE_HZ)]
+    #[arg(long, alias = "rate-hz", value_name = "HZ", value_parser = rate, allow_negative_numbers = true, default_value_t = recordings::RATE_HZ)]
     rate: f64,
     /// Print one JSON object in place of the tables.
     #[arg(long)]
@@ -78,7 +78,7 @@ enum Points {
 #[derive(Debug, Args)]
 struct OperationsArgs {
     /// Steps per second, 1 to 4000, in place of the scenes'.
-    #[arg(long, value_name = "HZ", value_parser = rate)]
+    #[arg(long, alias = "rate-hz", value_name = "HZ", value_parser = rate, allow_negative_numbers = true)]
     rate: Option<f64>,
     /// Print one JSON object in place of the table.
     #[arg(long)]
@@ -87,7 +87,7 @@ struct OperationsArgs {
 
 #[derive(Debug, Args)]
 struct TransitionsArgs {
-    /// A recording.
+    /// A recording; or name a scene with --scene.
     #[arg(
         value_name = "FILE.mcap",
         required_unless_present = "scene",
@@ -98,7 +98,7 @@ struct TransitionsArgs {
     #[arg(long, value_name = "S")]
     scene: Option<String>,
     /// Steps per second, 1 to 4000, in place of the scene's.
-    #[arg(long, value_name = "HZ", value_parser = rate, requires = "scene")]
+    #[arg(long, alias = "rate-hz", value_name = "HZ", value_parser = rate, allow_negative_numbers = true, requires = "scene")]
     rate: Option<f64>,
     /// The picture; a file that is there is replaced.
     #[arg(short, long, value_name = "OUT.svg")]
@@ -211,6 +211,7 @@ fn transitions(args: &TransitionsArgs) -> Result<(), Failure> {
 }
 
 fn of_file(file: &Path) -> Result<Transitions, Failure> {
+    ensure_recording(file)?;
     let recording = reader::open(file)?;
     let bar = progress_bar(std::fs::metadata(file)?.len(), "bytes");
     let title = file
@@ -223,6 +224,9 @@ fn of_file(file: &Path) -> Result<Transitions, Failure> {
 }
 
 fn cost(args: &CostArgs) -> Result<(), Failure> {
+    if cfg!(debug_assertions) {
+        tell("this is a debug build: a release build (cargo run --release) is many times as fast");
+    }
     let options = CostOptions { quick: args.quick };
     let bar = progress_bar(options.loads().len() as u64, "measurements");
     let report = cost::run(options, |done, _| bar.set_position(done as u64))?;
@@ -249,12 +253,4 @@ fn show<R: Serialize>(report: &R, text: &str, json: bool) -> Result<(), Failure>
 
 fn write(path: &Path, text: &str) -> Result<(), Failure> {
     Ok(std::fs::write(path, text).with_context(|| path.display().to_string())?)
-}
-
-fn rate(text: &str) -> Result<f64, String> {
-    let rate = text
-        .parse()
-        .ok()
-        .filter(|rate| (RATE_HZ_MIN..=RATE_HZ_MAX).contains(rate));
-    rate.ok_or_else(|| format!("it must be a number from {RATE_HZ_MIN} to {RATE_HZ_MAX}"))
 }

@@ -7,6 +7,7 @@ use tsukamu_server::record::export::export as export_recording;
 use tsukamu_server::record::reader::{self, Ending};
 
 use super::Failure;
+use super::given::ensure_recording;
 use super::output::{progress_bar, say, tell};
 
 /// Arguments of `tsukamud export`.
@@ -21,6 +22,7 @@ pub(super) struct ExportArgs {
 
 /// Turns a recording into tables.
 pub(super) fn export(args: &ExportArgs) -> Result<(), Failure> {
+    ensure_recording(&args.file)?;
     let recording = reader::open(&args.file)?;
     let bar = progress_bar(std::fs::metadata(&args.file)?.len(), "bytes");
     let ending = export_recording(recording, &args.csv, |n_read| bar.set_position(n_read));

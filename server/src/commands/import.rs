@@ -27,6 +27,17 @@ enum Set {
     Webxr,
 }
 
+impl Set {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Adroit => "adroit",
+            Self::Leap => "leap",
+            Self::Landmarks21 => "landmarks21",
+            Self::Webxr => "webxr",
+        }
+    }
+}
+
 /// Arguments of `tsukamud import`.
 #[derive(Debug, Args)]
 pub(super) struct ImportArgs {
@@ -42,13 +53,18 @@ pub(super) struct ImportArgs {
     #[arg(long)]
     commanded: bool,
     /// leap: least confidence, 0 to 1; rows of less are "not tracked".
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     min_confidence: Option<f64>,
     /// landmarks21: frames per second of the video, 1 to 1000.
-    #[arg(long, value_name = "HZ")]
+    #[arg(
+        long,
+        alias = "rate-hz",
+        value_name = "HZ",
+        allow_negative_numbers = true
+    )]
     rate: Option<f64>,
     /// webxr: how long the hand stays, seconds.
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     duration: Option<f64>,
 }
 
@@ -57,6 +73,10 @@ pub(super) fn import(args: &ImportArgs) -> Result<(), Failure> {
     let file = args.file.display();
     let options = options(args)?;
     let text = std::fs::read_to_string(&args.file).with_context(|| file.to_string())?;
+    if let Some(set) = set_of(&text).filter(|set| *set != args.from) {
+        let told = format!("looks like a file for --from {}", set.name());
+        return Err(Failure::Usage(format!("{file}: {told}")));
+    }
     let track = import_text(&text, &options).map_err(|mistakes| {
         let lines: Vec<String> = mistakes
             .to_string()
@@ -80,6 +100,19 @@ pub(super) fn import(args: &ImportArgs) -> Result<(), Failure> {
     ))
 }
 
+/// The set that a file plainly is of, by its beginning: the Leap and Adroit tables share most of their columns.
+fn set_of(text: &str) -> Option<Set> {
+    let header = text.trim_start().lines().next().unwrap_or_default();
+    let has = |column: &str| header.split(',').any(|cell| cell.trim() == column);
+    if header.starts_with(['{', '[']) {
+        Some(Set::Webxr)
+    } else if has("hand_id") && has("confidence") {
+        Some(Set::Leap)
+    } else {
+        None
+    }
+}
+
 /// The importer's options; a flag of another set is a mistake.
 fn options(args: &ImportArgs) -> Result<ImportOptions, Failure> {
     let flags = [
@@ -92,9 +125,10 @@ fn options(args: &ImportArgs) -> Result<ImportOptions, Failure> {
         .iter()
         .find(|(_, set, given)| *given && *set != args.from)
     {
-        return Err(Failure::Usage(
-            format!("{flag} belongs to --from {set:?}").to_lowercase(),
-        ));
+        return Err(Failure::Usage(format!(
+            "{flag} belongs to --from {}",
+            set.name()
+        )));
     }
     Ok(match args.from {
         Set::Adroit => {
@@ -126,4 +160,25 @@ fn options(args: &ImportArgs) -> Result<ImportOptions, Failure> {
             })
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_of_another_set_is_known_by_its_beginning() {
+        let files = [
+            ("\n{\"joints\": []}", Some(Set::Webxr)),
+            (
+                "t_s,frame,hand_id,hand,confidence,palm_x\n0,",
+                Some(Set::Leap),
+            ),
+            ("t_s,palm_x,palm_y\n0,", None),
+            ("", None),
+        ];
+        for (text, expected) in files {
+            assert_eq!(set_of(text), expected, "{text}");
+        }
+    }
 }

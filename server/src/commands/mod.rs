@@ -4,6 +4,7 @@ mod check;
 mod emulate;
 mod experiment;
 mod export;
+mod given;
 mod import;
 mod output;
 mod overrides;
@@ -92,12 +93,42 @@ pub(crate) fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Negative) => ExitCode::FAILURE,
         Err(Failure::Failed(fault)) => {
-            output::tell(&format!("tsukamud: {fault:#}"));
+            output::tell(&format!("tsukamud: {}", causes(&fault)));
             ExitCode::FAILURE
         }
         Err(Failure::Usage(text)) => {
             output::tell(&text);
             ExitCode::from(USAGE)
         }
+    }
+}
+
+/// A failure with its causes, but none that the text before it already ends with.
+fn causes(fault: &anyhow::Error) -> String {
+    let mut text = String::new();
+    for cause in fault.chain().map(ToString::to_string) {
+        if text.is_empty() {
+            text = cause;
+        } else if !text.ends_with(&cause) {
+            text = format!("{text}: {cause}");
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use anyhow::anyhow;
+
+    use super::*;
+
+    #[test]
+    fn a_cause_is_told_once() {
+        let fault = anyhow!("no such file").context("a.mcap: no such file");
+        assert_eq!(causes(&fault), "a.mcap: no such file");
+        assert_eq!(
+            causes(&fault.context("reading")),
+            "reading: a.mcap: no such file"
+        );
     }
 }

@@ -21,6 +21,12 @@ pub(super) fn tell(text: &str) {
     let _ = writeln!(stderr().lock(), "{text}");
 }
 
+/// A number of things: "1 step", "2 steps".
+pub(super) fn count(n: u64, thing: &str) -> String {
+    let plural = if n == 1 { "" } else { "s" };
+    format!("{n} {thing}{plural}")
+}
+
 /// A bar on standard error while that is a terminal, nothing otherwise.
 pub(super) fn progress_bar(length: u64, unit: &str) -> ProgressBar {
     if !stderr().is_terminal() {

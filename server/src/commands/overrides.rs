@@ -16,19 +16,19 @@ pub(super) struct OverrideArgs {
     #[arg(long = "hand", value_name = "FILE|synthetic:NAME")]
     hands: Vec<String>,
     /// Steps per second, 1 to 4000 [default: the scene's].
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, alias = "rate", value_name = "HZ", allow_negative_numbers = true)]
     rate_hz: Option<String>,
     /// realtime, or lockstep: only a client's Step advances the world [default: realtime].
     #[arg(long)]
     mode: Option<String>,
     /// How long a hand that is not seen keeps hold, seconds, 0 to 60 [default: the scene's].
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     tracking_grace_s: Option<String>,
     /// How often a frame holds all objects, seconds, 0.05 to 60 [default: 1].
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     keyframe_interval_s: Option<String>,
     /// Events kept for clients that resume [default: 65536].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     event_log: Option<String>,
     /// Folder of recordings [default: recordings].
     #[arg(long, value_name = "DIR")]

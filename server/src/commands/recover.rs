@@ -6,7 +6,8 @@ use clap::Args;
 use tsukamu_server::record::recover::recover as recover_recording;
 
 use super::Failure;
-use super::output::say;
+use super::given::ensure_recording;
+use super::output::{count, say, tell};
 
 /// Arguments of `tsukamud recover`.
 #[derive(Debug, Args)]
@@ -20,12 +21,18 @@ pub(super) struct RecoverArgs {
 
 /// Makes a whole recording of one that was cut off.
 pub(super) fn recover(args: &RecoverArgs) -> Result<(), Failure> {
+    ensure_recording(&args.file)?;
     let (finished, ending) = recover_recording(&args.file, &args.output)?;
     say(&format!("{} is {ending}", args.file.display()))?;
     say(&format!(
-        "{}: {} messages, {} bytes",
+        "{}: {}, {} bytes",
         args.output.display(),
-        finished.messages,
+        count(finished.messages, "message"),
         finished.bytes
-    ))
+    ))?;
+    if finished.messages == 0 {
+        tell("it was cut off before its first message: there is nothing to recover");
+        return Err(Failure::Negative);
+    }
+    Ok(())
 }

@@ -14,9 +14,10 @@ use tsukamu_server::offline::run::{RunOutputs, RunRequest, run as run_scene};
 use tsukamu_server::record::writer::{Existing, RecordingFile};
 use tsukamu_server::scene_file::hands::HandSourceSpec;
 use tsukamu_server::scene_file::{LoadedScene, load};
-use tsukamu_world::scene::{Model, RATE_HZ_MAX, RATE_HZ_MIN};
+use tsukamu_world::scene::Model;
 
 use super::Failure;
+use super::given::{missing_hand, rate};
 use super::output::{progress_bar, say};
 
 /// Longest run, in seconds of world time: a day.
@@ -35,10 +36,10 @@ pub(super) struct RunArgs {
     #[arg(long, value_parser = model)]
     model: Option<Model>,
     /// Steps per second of world time, 1 to 4000, in place of the scene's.
-    #[arg(long, value_name = "HZ", value_parser = rate)]
+    #[arg(long, alias = "rate-hz", value_name = "HZ", value_parser = rate, allow_negative_numbers = true)]
     rate: Option<f64>,
     /// Seconds of world time. Default: the hands' motion and 2 s, then until everything is at rest, at most a minute.
-    #[arg(long, value_name = "S", value_parser = duration)]
+    #[arg(long, value_name = "S", value_parser = duration, allow_negative_numbers = true)]
     duration: Option<f64>,
     /// Record the run; a file that is there is replaced.
     #[arg(long, value_name = "OUT.mcap")]
@@ -84,9 +85,13 @@ fn load_all(args: &RunArgs) -> Result<(LoadedScene, Vec<RunHand>), Failure> {
     let mut mistakes = Vec::new();
     let mut specs = Vec::new();
     for text in &args.hands {
+        if let Some(fault) = missing_hand(text) {
+            mistakes.push(format!("--hand {text}: {fault}"));
+            continue;
+        }
         match HandSourceSpec::parse(text, Path::new("")) {
             Ok(spec) => specs.push(spec),
-            Err(fault) => mistakes.push(format!("--hand {text:?} {fault}")),
+            Err(fault) => mistakes.push(format!("--hand {text}: {fault}")),
         }
     }
     if args.hands.is_empty() {
@@ -133,14 +138,6 @@ fn outputs(args: &RunArgs, request: &RunRequest) -> Result<RunOutputs<BufWriter<
 fn model(text: &str) -> Result<Model, String> {
     let names = Model::ALL.map(Model::name).join(", ");
     Model::from_name(text).ok_or_else(|| format!("models are: {names}"))
-}
-
-fn rate(text: &str) -> Result<f64, String> {
-    let rate = text
-        .parse()
-        .ok()
-        .filter(|rate| (RATE_HZ_MIN..=RATE_HZ_MAX).contains(rate));
-    rate.ok_or_else(|| format!("it must be a number from {RATE_HZ_MIN} to {RATE_HZ_MAX}"))
 }
 
 fn duration(text: &str) -> Result<f64, String> {

@@ -21,6 +21,10 @@ use super::overrides::OverrideArgs;
 
 /// Arguments of `tsukamud serve`.
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Each option is also a key of the settings file and a variable: --rate-hz is rate_hz and \
+                  TSUKAMU_RATE_HZ. An option stands above a variable, a variable above the file."
+)]
 pub(super) struct ServeArgs {
     /// The settings file; also TSUKAMU_CONFIG.
     #[arg(long, value_name = "FILE")]
@@ -170,11 +174,17 @@ impl Greeting {
             "a glove    tsukamud --config FILE with a [[device]] and a [[hand]]\n  \
              none?      tsukamud emulate hand --motion free   prints such a file for an emulated glove and tracker"
         };
+        // The client looks for the daemon at its default address by itself.
+        let at = match address {
+            _ if address.to_string() == settings::LISTEN_DEFAULT => String::new(),
+            _ if address.ip().is_unspecified() => format!(" -a HOST:{}", address.port()),
+            _ => format!(" -a {address}"),
+        };
         format!(
             "tsukamu: scene {scene}, driven by {hands}, {time}\n\n  \
              page       http://{address}/   (metrics: /metrics)\n  \
              gRPC       {address}, package tsukamu.v1, reflection is on\n  \
-             watch      tsukamu watch       (from the sources: cargo run --release -p tsukamu-client -- watch)\n  \
+             watch      tsukamu{at} watch   (from the sources: cargo run --release --bin tsukamu --{at} watch)\n  \
              {glove}\n  \
              stop       Ctrl-C\n"
         )

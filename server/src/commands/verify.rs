@@ -9,7 +9,8 @@ use tsukamu_server::record::verify::verify as verify_recording;
 use tsukamu_server::record::writer::build;
 
 use super::Failure;
-use super::output::{progress_bar, say, tell};
+use super::given::ensure_recording;
+use super::output::{count, progress_bar, say, tell};
 
 /// Arguments of `tsukamud verify`.
 #[derive(Debug, Args)]
@@ -20,6 +21,7 @@ pub(super) struct VerifyArgs {
 
 /// Replays a recording and compares every digest.
 pub(super) fn verify(args: &VerifyArgs) -> Result<(), Failure> {
+    ensure_recording(&args.file)?;
     let recording = reader::open(&args.file)?;
     let length = std::fs::metadata(&args.file)?.len();
     let bar = progress_bar(length, "bytes");
@@ -28,10 +30,10 @@ pub(super) fn verify(args: &VerifyArgs) -> Result<(), Failure> {
     let took_s = start.elapsed().as_secs_f64().max(1.0e-9);
     bar.finish_and_clear();
     say(&format!(
-        "{} steps in {} epochs, {} digests equal; {:.3} s of world time in {took_s:.3} s, {:.1} times real time",
-        found.ticks,
-        found.epochs,
-        found.digests,
+        "{} in {}, {} equal; {:.3} s of world time in {took_s:.3} s, {:.1} times real time",
+        count(found.ticks, "step"),
+        count(found.epochs, "epoch"),
+        count(found.digests, "digest"),
         found.world_time_s,
         found.world_time_s / took_s,
     ))?;

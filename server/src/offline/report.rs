@@ -152,17 +152,20 @@ impl RunReport {
         let is_contact = |event: &&EventRecord| event.kind.starts_with("contact_");
         let n_contacts = self.events.iter().filter(is_contact).count();
         let others = self.events.iter().filter(|event| !is_contact(event));
-        writeln!(out, "{:>9}  {:12} {:12} why", "time s", "object", "what")?;
-        for event in others.clone().take(LISTED_MAX) {
-            let object = event
-                .object
-                .as_deref()
-                .or(event.hand.as_deref())
-                .unwrap_or("-");
+        let listed = || others.clone().take(LISTED_MAX);
+        let widths = listed().map(|event| whose(event).chars().count());
+        let width = widths.max().unwrap_or(0).max(12);
+        writeln!(
+            out,
+            "{:>9}  {:width$} {:12} why",
+            "time s", "object", "what"
+        )?;
+        for event in listed() {
             writeln!(
                 out,
-                "{:9.4}  {object:12} {:12} {}",
+                "{:9.4}  {:width$} {:12} {}",
                 event.time_s,
+                whose(event),
                 event.kind,
                 why(event)
             )?;
@@ -176,6 +179,12 @@ impl RunReport {
             "besides, {n_contacts} contacts began or ended (--json lists them)"
         )
     }
+}
+
+/// Name of the object that an event is about, or else of the hand.
+fn whose(event: &EventRecord) -> &str {
+    let name = event.object.as_deref().or(event.hand.as_deref());
+    name.unwrap_or("-")
 }
 
 /// The reason of an event with its most telling number.
