@@ -174,6 +174,8 @@ fn object_prefix(object: Option<&String>) -> String {
     object.map_or_else(String::new, |name| format!("object {name:?}: "))
 }
 
+/// Share of a step that a time in seconds may be off a whole step by rounding: 0.29 s are 29 steps at 100 Hz.
+const STEP_ROUNDING: f64 = 1.0e-6;
 /// How far an object may start below the floor, in metres: what rounding of a position in a file costs.
 const START_DEPTH_M: f64 = 1.0e-6;
 
@@ -254,7 +256,12 @@ impl Scene {
 
     /// Positions that a touched object keeps: as many as the throw window has steps, plus one.
     pub fn track_length(&self) -> usize {
-        (self.throw_window_s * self.rate_hz).ceil() as usize + 1
+        (self.throw_window_s * self.rate_hz - STEP_ROUNDING).ceil() as usize + 1
+    }
+
+    /// Steps without a sample after which a hand is not lost yet: whole ones within the grace time.
+    pub fn grace_steps(&self) -> u64 {
+        (self.tracking_grace_s * self.rate_hz + STEP_ROUNDING).floor() as u64
     }
 
     /// Seconds per step.

@@ -10,7 +10,7 @@ use crate::step::Stage;
 
 /// Each hand takes its sample of this step, or none; the boxes that they sweep are kept for the broad phase.
 pub(crate) fn advance(stage: &mut Stage<'_>, inputs: &[HandInput]) {
-    let grace_steps = (stage.scene.tracking_grace_s * stage.scene.rate_hz).floor() as u64;
+    let grace_steps = stage.scene.grace_steps();
     stage.scratch.swept.clear();
     for hand in &mut stage.state.hands {
         // Two samples for one hand: the later one counts.

@@ -213,3 +213,35 @@ fn what_comes_down_exactly_on_the_floor_has_landed() {
     let events = idle(&mut world, 10);
     assert_eq!(kinds(&events), ["landed", "rested"]);
 }
+
+#[test]
+fn times_that_are_whole_steps_are_as_many_steps_at_any_rate() {
+    for rate in [1.0, 60.0, 100.0, 240.0, 1000.0, 4000.0] {
+        for steps in (0..=(0.5 * rate) as u32).step_by(1 + rate as usize / 100) {
+            let time_s = f64::from(steps) / rate;
+            let start = Scene {
+                throw_window_s: time_s,
+                tracking_grace_s: (time_s * 1e6).round() / 1e6,
+                ..scene(rate, vec![])
+            };
+            assert_eq!(
+                start.track_length(),
+                steps as usize + 1,
+                "{time_s} s at {rate} Hz"
+            );
+            if rate != 60.0 && rate != 240.0 {
+                assert_eq!(
+                    start.grace_steps(),
+                    u64::from(steps),
+                    "{time_s} s at {rate} Hz"
+                );
+            }
+        }
+    }
+    let decimal = Scene {
+        throw_window_s: 0.07,
+        tracking_grace_s: 0.29,
+        ..scene(100.0, vec![])
+    };
+    assert_eq!((decimal.track_length(), decimal.grace_steps()), (8, 29));
+}
