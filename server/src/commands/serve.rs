@@ -22,8 +22,8 @@ use super::overrides::OverrideArgs;
 /// Arguments of `tsukamud serve`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Each option is also a key of the settings file and a variable: --rate-hz is rate_hz and \
-                  TSUKAMU_RATE_HZ. An option stands above a variable, a variable above the file."
+    after_help = "Each option but --config is also a key of the settings file and a variable: --rate-hz is \
+                  rate_hz and TSUKAMU_RATE_HZ, --hand is hands and TSUKAMU_HANDS. An option stands above a variable, a variable above the file."
 )]
 pub(super) struct ServeArgs {
     /// The settings file; also TSUKAMU_CONFIG.
