@@ -107,6 +107,10 @@ impl Sweep {
         let constant = across.dot(&gap);
         let linear = across.dot(&gap_change) + across_turn.dot(&gap);
         let square = across_turn.dot(&gap_change);
+        // Most segments move far less in a step than they are away from the edge.
+        if constant.abs() > (linear.abs() + square.abs()) * (1.0 + 3.0 * STEP_SLACK) {
+            return None;
+        }
         roots(square, linear, constant)
             .into_iter()
             .filter(|t| (-STEP_SLACK..=1.0 + STEP_SLACK).contains(t))
