@@ -68,8 +68,11 @@ pub fn sweep_segment(
 fn straddled_planes(shape: &Polyhedron, points: &[Point3<f64>; 4]) -> Option<u64> {
     let mut bits = 0_u64;
     for (face, plane) in shape.planes().iter().enumerate() {
-        let [a, b, c, d] = [0, 1, 2, 3].map(|i| height(plane, &points[i]));
-        let (lo, hi) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
+        let [a, b, c, d] = points;
+        let (from, to) = (height(plane, a), height(plane, b));
+        let (from_now, to_now) = (height(plane, c), height(plane, d));
+        let lo = from.min(to).min(from_now.min(to_now));
+        let hi = from.max(to).max(from_now.max(to_now));
         if lo > ON_SURFACE_M {
             if shape.is_convex() {
                 return None;
