@@ -3,6 +3,7 @@
 use std::future::Future;
 use std::io;
 use std::net::SocketAddr;
+use std::time::Duration;
 
 use axum::Router;
 use axum::extract::{Request, State};
@@ -11,7 +12,8 @@ use axum::response::{Html, IntoResponse, Response};
 use axum::routing::get;
 use axum::serve::ListenerExt;
 use serde_json::{Value, json};
-use tokio::net::TcpListener;
+use socket2::{SockRef, TcpKeepalive};
+use tokio::net::{TcpListener, TcpStream};
 use tonic::Status;
 use tonic::body::Body;
 use tonic::service::Routes;
@@ -33,6 +35,13 @@ use crate::service::world::WorldService;
 
 /// Largest command, in bytes: an object's mesh.
 const COMMAND_BYTES_MAX: usize = 64 << 20;
+/// Silence after which a peer is asked whether it is still there, and how often then.
+const SILENCE: Duration = Duration::from_secs(30);
+/// See [`SILENCE`].
+const PROBE_INTERVAL: Duration = Duration::from_secs(10);
+/// How long bytes may wait for a peer before it counts as gone; also one that is there and takes nothing.
+#[cfg(target_os = "linux")]
+const UNANSWERED_MAX: Duration = Duration::from_secs(120);
 /// The page at `/`.
 const PAGE: &str = include_str!("page.html");
 /// What Prometheus expects of OpenMetrics text.
@@ -61,10 +70,24 @@ pub async fn serve(
     let listener = listener.tap_io(|socket| {
         // A socket that refuses is gone already.
         let _ = socket.set_nodelay(true);
+        let _ = notice_silence(socket);
     });
     axum::serve(listener, app)
         .with_graceful_shutdown(stop)
         .await
+}
+
+/// Lets the system find out that a peer has vanished without a word: a machine that was switched off, a cable.
+fn notice_silence(socket: &TcpStream) -> io::Result<()> {
+    let socket = SockRef::from(socket);
+    socket.set_tcp_keepalive(
+        &TcpKeepalive::new()
+            .with_time(SILENCE)
+            .with_interval(PROBE_INTERVAL),
+    )?;
+    #[cfg(target_os = "linux")]
+    socket.set_tcp_user_timeout(Some(UNANSWERED_MAX))?;
+    Ok(())
 }
 
 async fn app(backend: Backend) -> io::Result<Router> {
@@ -125,7 +148,7 @@ async fn status(State(backend): State<Backend>) -> impl IntoResponse {
     let stamp = status.stamp.unwrap_or_default();
     let devices: Vec<Value> = backend.devices_now().devices.into_iter().map(|device| json!({
         "name": device.name, "kind": device.kind, "place": device.place, "state": device.state,
-        "error": device.error, "rate_hz": device.rate_hz, "age_s": device.age_s, "dropped": device.dropped,
+        "error": device.error, "rate_hz": device.rate_hz, "age_s": device.age_s, "dropped": device.dropped, "superseded": device.superseded,
     })).collect();
     let all = json!({
         "version": status.version, "scene": status.scene, "model": status.model, "mode": status.mode,

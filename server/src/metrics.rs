@@ -65,6 +65,7 @@ struct SourceFamilies {
     age: Family<SourceLabel, RealGauge>,
     samples: Family<SourceLabel, Counter>,
     dropped: Family<SourceLabel, Counter>,
+    superseded: Family<SourceLabel, Counter>,
     resyncs: Family<SourceLabel, Counter>,
     bytes: Family<SourceLabel, Counter>,
     reconnects: Family<SourceLabel, Counter>,
@@ -154,7 +155,16 @@ impl SourceFamilies {
             new.age.clone(),
         );
         r.register("samples", "Samples", new.samples.clone());
-        r.register("dropped", "Samples dropped", new.dropped.clone());
+        r.register(
+            "dropped",
+            "Records and samples that were refused",
+            new.dropped.clone(),
+        );
+        r.register(
+            "superseded",
+            "Good samples that newer ones replaced before a step",
+            new.superseded.clone(),
+        );
         r.register("resyncs", "Times a decoder lost step", new.resyncs.clone());
         r.register_with_unit("received", "Bytes received", Unit::Bytes, new.bytes.clone());
         r.register(
@@ -172,6 +182,7 @@ impl SourceFamilies {
         let counted = [
             &self.samples,
             &self.dropped,
+            &self.superseded,
             &self.resyncs,
             &self.bytes,
             &self.reconnects,
@@ -192,6 +203,7 @@ impl SourceFamilies {
             let numbers = [
                 source.samples,
                 source.dropped,
+                source.superseded,
                 source.resyncs,
                 source.bytes,
                 source.reconnects,

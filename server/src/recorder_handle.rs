@@ -1,4 +1,5 @@
-//! What the running daemon hands to a recording, and how: through a bounded channel that the tick never waits on.
+//! What the running daemon hands to a recording, and how: through a bounded channel that the tick never waits on, except
+//! in lockstep, where it has the time.
 //!
 //! The tick loop and the publisher hold a [`RecorderHandle`](crate::recorder_handle::RecorderHandle); a writer thread holds the other end of the channel.
 //! When the channel is full the item is dropped and counted, and the recording has to say so itself.
@@ -56,6 +57,7 @@ pub struct RecorderHandle {
     items: SyncSender<Record>,
     dropped: Arc<AtomicU64>,
     options: RecordOptions,
+    is_patient: bool,
 }
 
 impl RecorderHandle {
@@ -67,14 +69,30 @@ impl RecorderHandle {
                 items,
                 dropped: Arc::new(AtomicU64::new(0)),
                 options,
+                is_patient: false,
             },
             receiver,
         )
     }
 
-    /// Hands over an item, or drops and counts it when the writer is behind or gone.
+    /// The same, but waiting for the writer where that is behind: for worlds that no clock drives.
+    pub fn patient(self) -> Self {
+        Self {
+            is_patient: true,
+            ..self
+        }
+    }
+
+    /// Hands over an item, or drops and counts it when the writer is behind or gone; a patient one drops it only when
+    /// the writer is gone.
     pub fn offer(&self, wall_ns: u64, item: RecordItem) {
-        if self.items.try_send(Record { wall_ns, item }).is_err() {
+        let record = Record { wall_ns, item };
+        let is_taken = if self.is_patient {
+            self.items.send(record).is_ok()
+        } else {
+            self.items.try_send(record).is_ok()
+        };
+        if !is_taken {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }
     }

@@ -134,8 +134,12 @@ impl RecordingDesk {
         ticker: &TickerHandle,
     ) -> Result<(v1::Stamp, String, Finished), DeskFault> {
         let mut open = self.open.lock().await;
-        let (name, thread) = open.take().ok_or(Refusal::NotRecording)?;
+        if open.is_none() {
+            return Err(Refusal::NotRecording.into());
+        }
+        // Only then: a tick thread that is too busy to stop goes on recording.
         let stamp = ticker.ask(Request::StopRecording).await?;
+        let (name, thread) = open.take().ok_or(Refusal::NotRecording)?;
         let written = finish(thread).await?;
         info!(
             name,
@@ -274,7 +278,7 @@ fn file_name(name: String) -> Result<String, DeskFault> {
 fn checked(name: &str) -> Result<&str, DeskFault> {
     let is_plain =
         Path::new(name).file_name().is_some_and(|file| file == name) && !name.starts_with('.');
-    if is_plain && name.len() <= 200 {
+    if is_plain && name.len() <= 200 && !name.contains(char::is_control) {
         Ok(name)
     } else {
         Err(DeskFault::Name(name.to_owned()))
@@ -304,7 +308,16 @@ mod tests {
 
     #[test]
     fn names_stay_in_the_folder() {
-        for bad in ["../a.mcap", "/etc/passwd", "a/b", "..", ".hidden", ""] {
+        for bad in [
+            "../a.mcap",
+            "/etc/passwd",
+            "a/b",
+            "..",
+            ".hidden",
+            "",
+            "a\0b",
+            "a\nb",
+        ] {
             assert!(checked(bad).is_err(), "{bad:?}");
         }
         assert_eq!(

@@ -95,7 +95,7 @@ fn device_json(device: &Device) -> Value {
         "name": device.name, "kind": device.kind, "place": device.place, "state": device.state,
         "error": (!device.error.is_empty()).then_some(&device.error), "rate_hz": device.rate_hz,
         "longest_gap_s": device.longest_gap_s, "age_s": (device.age_s >= 0.0).then_some(device.age_s),
-        "samples": device.samples, "dropped": device.dropped, "resyncs": device.resyncs, "bytes": device.bytes,
+        "samples": device.samples, "dropped": device.dropped, "superseded": device.superseded, "resyncs": device.resyncs, "bytes": device.bytes,
         "reconnects": device.reconnects, "hand_id": device.hand.checked_sub(1), "filter_lag_s": device.filter_lag_s,
     })
 }

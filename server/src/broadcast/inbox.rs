@@ -129,8 +129,14 @@ impl Inbox {
                 .wait(batch)
                 .unwrap_or_else(PoisonError::into_inner);
         }
-        let serial = batch.serial;
-        std::mem::replace(&mut *batch, Batch { serial, ..spare })
+        // Who asks after the end is told so.
+        let (serial, stopped) = (batch.serial, batch.stopped);
+        let next = Batch {
+            serial,
+            stopped,
+            ..spare
+        };
+        std::mem::replace(&mut *batch, next)
     }
 
     /// Asks for a frame that is up to date; gives the number of the newest tick.

@@ -14,6 +14,21 @@ const UNIT_TOLERANCE: f64 = 1.0e-9;
 /// Length below which a quaternion has no direction.
 const NO_ROTATION: f64 = 1.0e-6;
 
+/// Longest name that a client gives, bytes: it is repeated in every event.
+const NAME_MAX: usize = 200;
+
+/// Looks at a name that a client gives.
+///
+/// # Errors
+/// When it is too long, or holds what no terminal should get.
+pub fn checked_name(name: &str) -> Result<&str, Fault> {
+    if name.len() <= NAME_MAX && !name.contains(char::is_control) {
+        Ok(name)
+    } else {
+        Err(Fault::Name(NAME_MAX))
+    }
+}
+
 /// A vector as a message.
 pub fn vec3(v: &Vector3<f64>) -> v1::Vec3 {
     v1::Vec3 {

@@ -7,6 +7,7 @@ use tsukamu_world::polyhedron::fault::ShapeFault;
 
 use crate::document::mistake::Mistakes;
 use crate::plan::PlanFault;
+use crate::record::RecordFault;
 use crate::recording_desk::DeskFault;
 use crate::ticker::request::Refusal;
 
@@ -42,6 +43,9 @@ pub enum Fault {
         /// What it may say.
         allowed: &'static str,
     },
+    /// A name that is none.
+    #[error("a name has at most {0} bytes and no control characters")]
+    Name(usize),
     /// A list of faces whose counts do not fit its length.
     #[error("faces ends in the middle of a face")]
     FacesCut,
@@ -64,18 +68,31 @@ pub enum Fault {
     HandModel(#[from] HandModelFault),
 }
 
+/// Longest text of a status, bytes: it travels in a header, escaped up to threefold, and clients take 16 kB of headers.
+const TEXT_MAX: usize = 4000;
+
+/// The text of a status, cut where it is too long to arrive.
+pub fn status_text(fault: &impl ToString) -> String {
+    let mut text = fault.to_string();
+    if text.len() > TEXT_MAX {
+        text.truncate(text.floor_char_boundary(TEXT_MAX));
+        text.push_str(" … and so on");
+    }
+    text
+}
+
 impl From<Fault> for Status {
     fn from(fault: Fault) -> Self {
-        Self::invalid_argument(fault.to_string())
+        Self::invalid_argument(status_text(&fault))
     }
 }
 
 impl From<Refusal> for Status {
     fn from(refusal: Refusal) -> Self {
-        let text = refusal.to_string();
+        let text = status_text(&refusal);
         match refusal {
             Refusal::Stopping => Self::unavailable(text),
-            Refusal::Busy => Self::resource_exhausted(text),
+            Refusal::Busy | Refusal::TooManyHands => Self::resource_exhausted(text),
             Refusal::NotLockstep
             | Refusal::NotRealtime
             | Refusal::Playing
@@ -90,27 +107,33 @@ impl From<Refusal> for Status {
 
 impl From<Mistakes> for Status {
     fn from(mistakes: Mistakes) -> Self {
-        Self::invalid_argument(mistakes.to_string())
+        Self::invalid_argument(status_text(&mistakes))
     }
 }
 
 impl From<PlanFault> for Status {
     fn from(fault: PlanFault) -> Self {
-        Self::invalid_argument(fault.to_string())
+        Self::invalid_argument(status_text(&fault))
     }
 }
 
 impl From<DeskFault> for Status {
     fn from(fault: DeskFault) -> Self {
-        let text = fault.to_string();
+        let text = status_text(&fault);
         match fault {
             DeskFault::Refused(refusal) => refusal.into(),
             DeskFault::Name(_) => Self::invalid_argument(text),
             DeskFault::Absent(_) => Self::not_found(text),
-            DeskFault::NoScene | DeskFault::Beginning(_) => Self::data_loss(text),
-            DeskFault::Folder { .. } | DeskFault::Record(_) | DeskFault::Thread(_) => {
-                Self::internal(text)
+            DeskFault::Record(RecordFault::Open { source, .. })
+                if source.kind() == std::io::ErrorKind::AlreadyExists =>
+            {
+                Self::already_exists(text)
             }
+            DeskFault::Folder { .. } | DeskFault::Record(RecordFault::Open { .. }) => {
+                Self::failed_precondition(text)
+            }
+            DeskFault::NoScene | DeskFault::Beginning(_) => Self::data_loss(text),
+            DeskFault::Record(_) | DeskFault::Thread(_) => Self::internal(text),
         }
     }
 }

@@ -246,6 +246,7 @@ pub fn drive_state(
         applied_source_ns: now.applied_source_ns,
         applied_tick: now.applied_tick,
         dropped: now.n_dropped,
+        superseded: now.n_superseded,
         contacts: now.touches.iter().map(contact).collect(),
         holds: plus_one(now.holds.map(|id| id.to_bits())),
         received_source_ns,

@@ -40,6 +40,9 @@ pub fn step_input(
 pub fn step_input_from(message: &v1::StepInput) -> Result<StepInput, Fault> {
     let hand = |hand: &v1::HandInput| {
         let sample = hand.sample.as_ref().map_or(Ok(None), hand_sample_from)?;
+        if sample.as_ref().is_some_and(|sample| !sample.is_finite()) {
+            return Err(Fault::NotFinite("hand sample"));
+        }
         Ok(HandInput {
             hand: HandId(hand.hand),
             sample,

@@ -11,7 +11,7 @@ use tsukamu_world::polyhedron::Polyhedron;
 use tsukamu_world::scene::{Model, ObjectSpec, Scene, Target};
 use tsukamu_world::state::{HandId, ObjectId};
 
-use super::basic::{point, point_from, pose, pose_from, vec3, vec3_from};
+use super::basic::{checked_name, point, point_from, pose, pose_from, vec3, vec3_from};
 use super::fault::Fault;
 use super::hand::hand_model;
 use super::shape::{polyhedron_from, shape};
@@ -161,7 +161,7 @@ const DENSITY: f64 = 700.0;
 /// When it cannot be an object.
 pub fn added_object(request: &v1::AddObjectRequest) -> Result<ObjectSpec, Fault> {
     let message = v1::Object {
-        name: request.name.clone(),
+        name: checked_name(&request.name)?.to_owned(),
         shape: request.shape.clone(),
         start: request.pose,
         grasp_angle_rad: request.grasp_angle_rad,

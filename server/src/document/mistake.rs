@@ -20,6 +20,9 @@ pub struct Mistake {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Mistakes(pub Vec<Mistake>);
 
+/// Mistakes of one text that are kept, at most: a text that is all wrong is looked through all the same, once.
+const MISTAKES_MAX: usize = 1000;
+
 /// One text under reading, and the mistakes found in it so far.
 #[derive(Debug)]
 pub struct Sheet<'t> {
@@ -51,6 +54,9 @@ impl<'t> Sheet<'t> {
         key: impl Into<String>,
         message: impl Into<String>,
     ) {
+        if self.mistakes.len() >= MISTAKES_MAX {
+            return;
+        }
         let place = Some(place_of(self.text, span.start));
         self.mistakes.push(Mistake {
             origin: self.origin.clone(),

@@ -121,10 +121,14 @@ impl Interpolator {
         (STRETCH * self.interval_ns) as u64
     }
 
-    /// Whether the next sample is late by as much again.
+    /// Whether the next sample is late by as much again; where nobody knows when it should come, by the longest interval.
     fn is_over(&self, now_ns: u64) -> bool {
         let last = self.last.as_ref().map_or(0, |(arrival, _)| *arrival);
-        now_ns.saturating_sub(last) > 2 * self.way_ns()
+        let patience_ns = match self.way_ns() {
+            0 => INTERVAL_MAX_NS,
+            way_ns => 2 * way_ns,
+        };
+        now_ns.saturating_sub(last) > patience_ns
     }
 
     fn at(&self, now_ns: u64) -> Option<HandSample> {
@@ -177,6 +181,19 @@ mod tests {
         assert_eq!(x(&hand, 1000 * MS), Some(5.0), "a gap is jumped");
         hand.push(1010 * MS, None, News::Whole);
         assert_eq!(x(&hand, 1010 * MS), None, "a lost hand is lost");
+    }
+
+    /// A source that speaks seldom, and one that speaks again after a silence: every sample is seen, at whatever time
+    /// the step comes after it.
+    #[test]
+    fn samples_far_apart_are_each_seen() {
+        let mut hand = Joined::default();
+        for k in 0..5_u64 {
+            let arrival_ns = k * 200 * MS;
+            hand.push(arrival_ns, Some(&sample(k as f64, 0.0)), News::Whole);
+            assert_eq!(x(&hand, arrival_ns + 3 * MS), Some(k as f64), "jumped to");
+            assert_eq!(x(&hand, arrival_ns + 101 * MS), None, "and then it is late");
+        }
     }
 
     /// A hand that moves at 1 m/s and bends at 1 rad/s, its tracker at 120 Hz, its glove at 100 Hz, each up to 1 ms

@@ -3,12 +3,17 @@
 //! A first-order low-pass whose cut-off rises with speed: `f_c = f_min + β |ẋ|`, `α = 1 / (1 + τ/Tₑ)`,
 //! `τ = 1 / (2π f_c)`. Each quantity is filtered as a vector, so that its direction is kept: the wrist's position, its
 //! rotation, and each joint in the wrist's space (or the joint angles together).
+//!
+//! Wrist and joint angles that come by turns, from a tracker and a glove, are each filtered on their own news only: a
+//! repeated value would read as a hand that stands.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{Isometry3, Point3, SVector, Translation3, UnitQuaternion, Vector3};
 use tsukamu_world::hand::joint::N_JOINTS;
 use tsukamu_world::hand::sample::{FingerAngles, FingerPose, HandSample, JointAngles, ThumbAngles};
+
+use super::sources::News;
 
 /// A filter's settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,7 +85,9 @@ fn alpha(cutoff_hz: f64, elapsed_s: f64) -> f64 {
 #[derive(Clone, Debug)]
 pub struct HandFilter {
     settings: OneEuro,
-    last_ns: Option<u64>,
+    /// Newest news of each half, monotonic nanoseconds.
+    wrist_ns: Option<u64>,
+    fingers_ns: Option<u64>,
     position: Option<Channel<3>>,
     rotation: Option<(UnitQuaternion<f64>, Option<Channel<3>>)>,
     joints: [Option<Channel<3>>; N_JOINTS],
@@ -95,7 +102,8 @@ impl HandFilter {
     pub const fn new(settings: OneEuro) -> Self {
         Self {
             settings,
-            last_ns: None,
+            wrist_ns: None,
+            fingers_ns: None,
             position: None,
             rotation: None,
             joints: [None; N_JOINTS],
@@ -104,26 +112,52 @@ impl HandFilter {
     }
 
     /// The filtered sample of a finite one that arrived at a monotonic time in nanoseconds. Stamps that do not rise
-    /// give the newer sample the filter's place without moving it in time.
-    pub fn filtered(&mut self, sample: &HandSample, arrival_ns: u64) -> HandSample {
-        let elapsed_s = self.last_ns.map_or(f64::INFINITY, |last| {
-            arrival_ns.saturating_sub(last) as f64 * 1.0e-9
+    /// give the newer sample the filter's place without moving it in time. A half that is no news stays where it is.
+    pub fn filtered(&mut self, sample: &HandSample, arrival_ns: u64, news: News) -> HandSample {
+        let known_wrist = self.wrist().filter(|_| news == News::Fingers);
+        let wrist = known_wrist.unwrap_or_else(|| self.next_wrist(&sample.wrist, arrival_ns));
+        let known_angles = self.angles.filter(|_| news == News::Wrist);
+        let fingers = match (&sample.fingers, known_angles) {
+            (FingerPose::Angles(_), Some(known)) => FingerPose::Angles(unpacked(&known.value)),
+            _ => self.next_fingers(sample, &wrist, arrival_ns),
+        };
+        HandSample { wrist, fingers }
+    }
+
+    /// Where the filter has the wrist.
+    fn wrist(&self) -> Option<Isometry3<f64>> {
+        let (position, (rotation, _)) = (self.position?, self.rotation?);
+        Some(Isometry3::from_parts(
+            Translation3::from(position.value),
+            rotation,
+        ))
+    }
+
+    fn next_wrist(&mut self, wrist: &Isometry3<f64>, arrival_ns: u64) -> Isometry3<f64> {
+        let elapsed_s = elapsed_s(&mut self.wrist_ns, arrival_ns).unwrap_or_else(|| {
+            (self.position, self.rotation) = (None, None);
+            FORGET_S
         });
-        if elapsed_s > FORGET_S {
-            *self = Self::new(self.settings);
-        }
-        self.last_ns = Some(arrival_ns);
-        // Several samples at one time: the shortest time that a clock can tell.
-        let elapsed_s = elapsed_s.clamp(1.0e-9, FORGET_S);
+        let place = self
+            .settings
+            .advance(&mut self.position, wrist.translation.vector, elapsed_s);
+        let rotation = self.rotated(&wrist.rotation, elapsed_s);
+        Isometry3::from_parts(Translation3::from(place), rotation)
+    }
+
+    /// The filtered fingers of a sample, on its filtered wrist.
+    fn next_fingers(
+        &mut self,
+        sample: &HandSample,
+        wrist: &Isometry3<f64>,
+        arrival_ns: u64,
+    ) -> FingerPose {
+        let elapsed_s = elapsed_s(&mut self.fingers_ns, arrival_ns).unwrap_or_else(|| {
+            (self.joints, self.angles) = ([None; N_JOINTS], None);
+            FORGET_S
+        });
         let settings = self.settings;
-        let place = settings.advance(
-            &mut self.position,
-            sample.wrist.translation.vector,
-            elapsed_s,
-        );
-        let rotation = self.rotated(&sample.wrist.rotation, elapsed_s);
-        let wrist = Isometry3::from_parts(Translation3::from(place), rotation);
-        let fingers = match &sample.fingers {
+        match &sample.fingers {
             FingerPose::Angles(angles) => FingerPose::Angles(unpacked(&settings.advance(
                 &mut self.angles,
                 packed(angles),
@@ -140,8 +174,7 @@ impl HandFilter {
                         * Point3::from(settings.advance(&mut self.joints[joint], local, elapsed_s)),
                 )
             })),
-        };
-        HandSample { wrist, fingers }
+        }
     }
 
     /// The filtered rotation: the remaining turn, as a vector, is what is filtered.
@@ -177,6 +210,14 @@ impl HandFilter {
             .chain([position, rotation, angles])
             .fold(0.0, f64::max)
     }
+}
+
+/// Time since the last news, in seconds; `None` where there was none, or so long ago that it says nothing.
+fn elapsed_s(last_ns: &mut Option<u64>, now_ns: u64) -> Option<f64> {
+    let before_ns = last_ns.replace(now_ns)?;
+    let elapsed_s = now_ns.saturating_sub(before_ns) as f64 * 1.0e-9;
+    // Several samples at one time: the shortest time that a clock can tell.
+    (elapsed_s <= FORGET_S).then_some(elapsed_s.max(1.0e-9))
 }
 
 fn packed(angles: &JointAngles) -> SVector<f64, N_ANGLES> {
@@ -254,9 +295,13 @@ mod tests {
             ..SETTINGS
         });
         let noise = |k: u64| if k.is_multiple_of(2) { 0.001 } else { -0.001 };
-        let mut last = filter.filtered(&sample(0.0, 0.0, 0.0), 0);
+        let mut last = filter.filtered(&sample(0.0, 0.0, 0.0), 0, News::Whole);
         for k in 1..500 {
-            last = filter.filtered(&sample(noise(k), noise(k), noise(k)), k * STEP_NS);
+            last = filter.filtered(
+                &sample(noise(k), noise(k), noise(k)),
+                k * STEP_NS,
+                News::Whole,
+            );
         }
         let parts = [
             last.wrist.translation.x,
@@ -265,7 +310,7 @@ mod tests {
         ];
         assert!(parts.iter().all(|part| part.abs() < 0.0001), "{parts:?}");
         for k in 500..1000 {
-            last = filter.filtered(&sample(0.5, 1.0, 0.7), k * STEP_NS);
+            last = filter.filtered(&sample(0.5, 1.0, 0.7), k * STEP_NS, News::Whole);
         }
         let parts = [
             last.wrist.translation.x - 0.5,
@@ -285,7 +330,7 @@ mod tests {
             for k in 0..1000 {
                 let x = speed * k as f64 * 0.01;
                 behind = x - filter
-                    .filtered(&sample(x, 0.0, 0.0), k * STEP_NS)
+                    .filtered(&sample(x, 0.0, 0.0), k * STEP_NS, News::Whole)
                     .wrist
                     .translation
                     .x;
@@ -303,10 +348,40 @@ mod tests {
     #[test]
     fn a_long_silence_is_forgotten_and_equal_stamps_do_no_harm() {
         let mut filter = HandFilter::new(SETTINGS);
-        filter.filtered(&sample(0.0, 0.0, 0.0), 0);
-        let same = filter.filtered(&sample(1.0, 1.0, 1.0), 0);
+        filter.filtered(&sample(0.0, 0.0, 0.0), 0, News::Whole);
+        let same = filter.filtered(&sample(1.0, 1.0, 1.0), 0, News::Whole);
         assert!(same.is_finite());
-        let after = filter.filtered(&sample(2.0, 1.0, 1.0), 10_000_000_000);
+        let after = filter.filtered(&sample(2.0, 1.0, 1.0), 10_000_000_000, News::Whole);
         assert_eq!(after.wrist.translation.x, 2.0);
+    }
+
+    /// A tracker at 120 Hz and a glove at 100 Hz: each half is as if it were alone, whatever the other does.
+    #[test]
+    fn halves_that_come_by_turns_are_filtered_each_by_itself() {
+        let wrist = (0..120_u64).map(|k| (k * 8_333_333, News::Wrist, k as f64 / 120.0));
+        let fingers = (0..100_u64).map(|k| (k * STEP_NS + 1, News::Fingers, k as f64 / 100.0));
+        let mut all: Vec<_> = wrist.chain(fingers).collect();
+        all.sort_by_key(|(arrival_ns, ..)| *arrival_ns);
+        let new = || HandFilter::new(SETTINGS);
+        let (mut both, mut wrist_alone, mut fingers_alone) = (new(), new(), new());
+        let (mut x, mut bend) = (0.0, 0.0);
+        for (arrival_ns, news, value) in all {
+            let alone = if news == News::Wrist {
+                x = value;
+                &mut wrist_alone
+            } else {
+                bend = value;
+                &mut fingers_alone
+            };
+            let sample = sample(x, x, bend);
+            let found = both.filtered(&sample, arrival_ns, news);
+            let expected = alone.filtered(&sample, arrival_ns, News::Whole);
+            if news == News::Wrist {
+                assert_eq!(found.wrist, expected.wrist, "{arrival_ns} ns");
+            } else {
+                assert_eq!(flexion(&found), flexion(&expected), "{arrival_ns} ns");
+            }
+        }
+        assert!(x > 0.99 && bend > 0.98, "they moved: {x} m, {bend} rad");
     }
 }

@@ -12,7 +12,7 @@ use tsukamu_world::step::HandTouch;
 
 use super::between::{Between, Joined};
 use super::filter::HandFilter;
-use super::sources::{Arrived, Source};
+use super::sources::{Arrived, News, Source};
 use crate::offline::hands::Motion;
 
 /// A source that drives a hand: one closed set.
@@ -46,8 +46,10 @@ pub struct DriveNow {
     pub applied_source_ns: u64,
     /// The tick at which it was applied.
     pub applied_tick: u64,
-    /// Samples that came to nothing.
+    /// Samples that were refused.
     pub n_dropped: u64,
+    /// Samples that newer ones replaced before a step took them.
+    pub n_superseded: u64,
     /// What the hand touches.
     pub touches: Vec<HandTouch>,
     /// What it holds.
@@ -169,7 +171,7 @@ impl Driver {
             tick: time.tick,
         });
         // The world's own time, so that a run is the same however fast it goes.
-        Some(self.filtered(sample, source_ns))
+        Some(self.filtered(sample, source_ns, News::Whole))
     }
 
     fn sample_of_lane(
@@ -185,14 +187,18 @@ impl Driver {
             newest = item
                 .sample
                 .as_ref()
-                .map(|sample| self.filtered(sample.clone(), item.arrival_ns));
+                .map(|sample| self.filtered(sample.clone(), item.arrival_ns, item.news));
             if between == Between::Interpolate {
                 self.interpolator
                     .push(item.arrival_ns, newest.as_ref(), item.news);
             }
         }
         if let Some(last) = arrived[first..].last() {
-            self.source.note_dropped((arrived.len() - first - 1) as u64);
+            // An interpolated hand goes by way of all of them.
+            if between == Between::Hold {
+                let n_older = arrived.len() - first - 1;
+                self.source.note_superseded(n_older as u64);
+            }
             if last.sample.is_some() {
                 self.applied = Some(Applied {
                     source_ns: last.source_ns,
@@ -210,9 +216,9 @@ impl Driver {
         }
     }
 
-    fn filtered(&mut self, sample: HandSample, at_ns: u64) -> HandSample {
+    fn filtered(&mut self, sample: HandSample, at_ns: u64, news: News) -> HandSample {
         match &mut self.filter {
-            Some(filter) => filter.filtered(&sample, at_ns),
+            Some(filter) => filter.filtered(&sample, at_ns, news),
             None => sample,
         }
     }
@@ -225,7 +231,7 @@ mod tests {
     use tsukamu_world::hand::joint::Side;
     use tsukamu_world::hand::sample::{FingerPose, JointAngles};
 
-    use super::super::sources::{News, Sources};
+    use super::super::sources::Sources;
     use super::*;
 
     fn sample(x: f64) -> HandSample {
@@ -278,7 +284,8 @@ mod tests {
                 tick: 5
             })
         );
-        assert_eq!(driver.source.n_dropped(), 2);
+        let device = driver.source.device(10);
+        assert_eq!((device.superseded, device.dropped), (2, 0));
         assert_eq!(
             x(&driver.input(time, &mut arrived)),
             None,

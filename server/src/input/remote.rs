@@ -11,16 +11,14 @@ use tsukamu_proto::v1::drive_request::Kind;
 use tsukamu_world::hand::skeleton::HandModel;
 
 use crate::clock::Clock;
-use crate::convert::basic::side_from;
+use crate::convert::basic::{checked_name, side_from};
+use crate::convert::fault::Fault;
 use crate::convert::hand::{drive_state, hand_model_from, hand_sample_from, one_euro_from};
 use crate::status::StatusBoard;
-use crate::ticker::request::{NewDriver, NewHand, Request, TickerHandle};
+use crate::ticker::request::{NewDriver, NewHand, Refusal, Request, TickerHandle};
 
 use super::intake::DriveNow;
 use super::sources::{Arrived, News, Source, Sources};
-
-/// Longest name of a hand, bytes.
-const NAME_MAX: usize = 200;
 
 /// What a stream needs of the daemon; cheap to clone.
 #[derive(Clone, Debug)]
@@ -33,6 +31,8 @@ pub struct RemoteContext {
     pub status: Arc<StatusBoard>,
     /// To stamp samples.
     pub clock: Clock,
+    /// True when the daemon stops.
+    pub stopping: watch::Receiver<bool>,
 }
 
 type Item = Result<v1::DriveResponse, Status>;
@@ -123,19 +123,19 @@ impl RemoteHand {
 
 /// Takes the first message and lets the hand join.
 async fn open(
-    (context, mut requests, place): (RemoteContext, Streaming<v1::DriveRequest>, String),
+    (mut context, mut requests, place): (RemoteContext, Streaming<v1::DriveRequest>, String),
 ) -> Result<(v1::DriveResponse, RemoteHand), Status> {
-    let first = requests.message().await?;
+    let first = tokio::select! {
+        first = requests.message() => first?,
+        // A client that says nothing does not hold up the end.
+        _ = context.stopping.wait_for(|stops| *stops) => return Err(Refusal::Stopping.into()),
+    };
     let Some(Kind::Open(wanted)) = first.and_then(|message| message.kind) else {
         return Err(Status::invalid_argument("the first message must be `open`"));
     };
     let model = model_of(&wanted)?;
     let filter = one_euro_from(wanted.filter.as_ref())?;
-    if wanted.name.len() > NAME_MAX {
-        return Err(Status::invalid_argument(format!(
-            "name is longer than {NAME_MAX} bytes"
-        )));
-    }
+    checked_name(&wanted.name)?;
     let name = if wanted.name.is_empty() {
         "remote"
     } else {
@@ -211,13 +211,18 @@ async fn read(
                 "after `open` only samples may come",
             ));
         };
-        let sample = hand_sample_from(&message)?;
-        source.offer(Arrived {
-            source_ns: message.source_ns,
-            arrival_ns: clock.monotonic_ns(),
-            sample,
-            news: News::Whole,
-        });
+        let arrival_ns = clock.monotonic_ns();
+        match hand_sample_from(&message) {
+            Ok(sample) => source.offer(Arrived {
+                source_ns: message.source_ns,
+                arrival_ns,
+                sample,
+                news: News::Whole,
+            }),
+            // Numbers that are none come from a device that lost its way for a moment; the client goes on.
+            Err(Fault::NotFinite(_)) => source.note_dropped(arrival_ns),
+            Err(fault) => return Err(fault.into()),
+        }
         received.send_replace(message.source_ns);
     }
     Ok(())

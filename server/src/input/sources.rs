@@ -11,8 +11,9 @@ use tsukamu_world::state::HandId;
 
 use super::meter::Meter;
 
-/// Samples that wait for a step, at most: the newest wins, the others are kept for the recording only.
-const LANE_CAPACITY: usize = 64;
+/// Samples that wait for a step, at most: the newest wins, the others are kept for the recording only. A glove and a
+/// tracker together send some 250 per second, and a scene may step as slowly as once in one.
+const LANE_CAPACITY: usize = 1024;
 
 /// Which half of a sample is new: a glove and a tracker speak at rates and times of their own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,6 +61,7 @@ struct Lane {
     health: Health,
     n_samples: u64,
     n_dropped: u64,
+    n_superseded: u64,
 }
 
 /// What a source says about itself.
@@ -82,7 +84,8 @@ pub struct Health {
 }
 
 impl Source {
-    /// Hands a sample to the tick, and counts it. One with a number that is not finite is dropped and counted.
+    /// Hands a sample to the tick, and counts it. One with a number that is not finite, or beyond the world's reach, is
+    /// dropped and counted.
     pub fn offer(&self, arrived: Arrived) {
         let mut lane = self.lane();
         lane.note(arrived.arrival_ns);
@@ -104,16 +107,28 @@ impl Source {
         arrived.extend(self.lane().waiting.drain(..));
     }
 
-    /// Counts samples that came to nothing.
-    pub fn note_dropped(&self, n_dropped: u64) {
-        if n_dropped > 0 {
-            self.lane().n_dropped += n_dropped;
+    /// Counts a sample that is none.
+    pub fn note_dropped(&self, arrival_ns: u64) {
+        let mut lane = self.lane();
+        lane.note(arrival_ns);
+        lane.n_dropped += 1;
+    }
+
+    /// Samples that were refused so far.
+    pub fn n_dropped(&self) -> u64 {
+        self.lane().n_dropped
+    }
+
+    /// Counts samples that newer ones replaced.
+    pub fn note_superseded(&self, n_superseded: u64) {
+        if n_superseded > 0 {
+            self.lane().n_superseded += n_superseded;
         }
     }
 
-    /// Samples that came to nothing so far.
-    pub fn n_dropped(&self) -> u64 {
-        self.lane().n_dropped
+    /// Samples that newer ones replaced so far.
+    pub fn n_superseded(&self) -> u64 {
+        self.lane().n_superseded
     }
 
     /// Changes what the source says about itself; watchers are told when state or error changed.
@@ -157,6 +172,7 @@ impl Source {
             reconnects: health.n_reconnects,
             hand: self.hand.load(Ordering::Relaxed),
             filter_lag_s: health.lag_s,
+            superseded: lane.n_superseded,
         }
     }
 
@@ -176,14 +192,14 @@ impl Lane {
         if arrived
             .sample
             .as_ref()
-            .is_some_and(|sample| !sample.is_finite())
+            .is_some_and(|sample| !sample.is_valid())
         {
             self.n_dropped += 1;
             return;
         }
         if self.waiting.len() == LANE_CAPACITY {
             self.waiting.pop_front();
-            self.n_dropped += 1;
+            self.n_superseded += 1;
         }
         self.waiting.push_back(arrived);
     }
@@ -234,6 +250,7 @@ impl Sources {
                 },
                 n_samples: 0,
                 n_dropped: 0,
+                n_superseded: 0,
             }),
             changed: Arc::clone(&self.changed),
         });
@@ -297,14 +314,18 @@ mod tests {
     fn a_lane_is_bounded_and_counts_what_it_drops() {
         let sources = Sources::new();
         let source = sources.add("a", "remote", String::new(), "running");
-        (0..100).for_each(|k| source.offer(arrived(k, 0.0)));
-        source.offer(arrived(100, f64::NAN));
+        let n = LANE_CAPACITY as u64 + 36;
+        (0..n).for_each(|k| source.offer(arrived(k, 0.0)));
+        for bad in [f64::NAN, f64::INFINITY, 1.0e300, -1.0e5] {
+            source.offer(arrived(n, bad));
+        }
         let mut all = Vec::new();
         source.drain(&mut all);
         assert_eq!(all.len(), LANE_CAPACITY);
-        assert_eq!(all.last().map(|a| a.arrival_ns), Some(99));
-        let device = source.device(100);
-        assert_eq!((device.samples, device.dropped), (101, 37));
+        assert_eq!(all.last().map(|a| a.arrival_ns), Some(n - 1));
+        let device = source.device(n);
+        let counts = (device.samples, device.superseded, device.dropped);
+        assert_eq!(counts, (n + 4, 36, 4));
     }
 
     #[test]

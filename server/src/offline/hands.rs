@@ -187,7 +187,12 @@ fn read_csv(path: &Path) -> Result<HandTrack, HandFault> {
         file: file.clone(),
         source,
     };
-    let bytes = std::fs::metadata(path).map_err(unreadable)?.len();
+    let about = std::fs::metadata(path).map_err(unreadable)?;
+    // A pipe or a device: reading it may never end.
+    if !about.is_file() {
+        return Err(unreadable(std::io::Error::other("it is no file")));
+    }
+    let bytes = about.len();
     if bytes > FILE_BYTES_MAX {
         return Err(HandFault::TooLarge { file, bytes });
     }

@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Compression, WriteOptions, Writer};
+use tracing::error;
 use tsukamu_proto::v1;
 
 use super::RecordFault;
@@ -210,7 +211,9 @@ impl RecordingThread {
     /// Writes what comes through the channel until every sender is gone. `dropped` counts what did not come through.
     pub fn spawn(file: RecordingFile, records: Receiver<Record>, dropped: Arc<AtomicU64>) -> Self {
         Self(std::thread::spawn(move || {
+            // Who stops the recording is told too; until then nobody would know.
             write_all(file, &records, &dropped)
+                .inspect_err(|fault| error!(%fault, "the recording cannot be written on"))
         }))
     }
 

@@ -1,5 +1,6 @@
 //! The keys of a scene, read into the world's types.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use nalgebra::Vector3;
@@ -37,6 +38,7 @@ pub(super) fn read(
 ) -> (Scene, Vec<HandSourceSpec>) {
     let mut scene = surroundings(top, sheet);
     let hands = hands(top, sheet, folder);
+    let mut names = BTreeSet::new();
     for (index, mut keys) in top.tables(sheet, "object").into_iter().enumerate() {
         let spec = object::read(
             &mut keys,
@@ -49,7 +51,8 @@ pub(super) fn read(
         );
         keys.finish(sheet);
         let Some(spec) = spec else { continue };
-        check_among_others(&spec, &scene, &keys, sheet);
+        let is_new = names.insert(spec.name.clone());
+        check_among_others(&spec, is_new, scene.floor_height, &keys, sheet);
         scene.objects.push(spec);
     }
     for mut keys in top.tables(sheet, "target") {
@@ -132,8 +135,14 @@ fn hands(top: &mut Keys<'_>, sheet: &mut Sheet<'_>, folder: &Path) -> Vec<HandSo
 }
 
 /// Faults that show only beside the scene and the other objects, each at the key that causes it.
-fn check_among_others(spec: &ObjectSpec, scene: &Scene, keys: &Keys<'_>, sheet: &mut Sheet<'_>) {
-    if scene.objects.iter().any(|other| other.name == spec.name) {
+fn check_among_others(
+    spec: &ObjectSpec,
+    is_new: bool,
+    floor_height: f64,
+    keys: &Keys<'_>,
+    sheet: &mut Sheet<'_>,
+) {
+    if !is_new {
         keys.fault(
             sheet,
             "name",
@@ -144,7 +153,7 @@ fn check_among_others(spec: &ObjectSpec, scene: &Scene, keys: &Keys<'_>, sheet: 
         );
     }
     let mut faults = Vec::new();
-    spec.validate(scene.floor_height, &mut faults);
+    spec.validate(floor_height, &mut faults);
     for fault in faults {
         let key = match &fault {
             SceneFault::Pose { .. } | SceneFault::BelowFloor { .. } => "position",

@@ -9,12 +9,16 @@ use tsukamu_proto::v1::load_scene_request::Source;
 use tsukamu_world::input::Command;
 use tsukamu_world::state::ObjectId;
 
+use crate::convert::fault::status_text;
 use crate::convert::scene::{added_object, model_from};
 use crate::plan::{Cast, plan};
 use crate::scene_file::{self, builtin};
 use crate::ticker::request::{Plan, Request as Ask};
 
 use super::{Backend, off_thread};
+
+/// Longest text of a scene, bytes: as many objects as a scene may have, each with a line for every key.
+const SCENE_BYTES_MAX: usize = 16 << 20;
 
 /// The service.
 #[derive(Clone, Debug)]
@@ -118,12 +122,17 @@ fn requested_plan(request: &v1::LoadSceneRequest, is_realtime: bool) -> Result<P
     let loaded = match &request.source {
         Some(Source::Name(name)) if builtin::text(name).is_none() => {
             let names: Vec<&str> = builtin::names().collect();
-            return Err(Status::not_found(format!(
-                "there is no scene {name:?}; there are {}",
-                names.join(", ")
-            )));
+            let names = names.join(", ");
+            let text = format!("there is no scene of that name; there are {names}: {name:?}");
+            return Err(Status::not_found(status_text(&text)));
         }
         Some(Source::Name(name)) => scene_file::load(name)?,
+        Some(Source::Toml(text)) if text.len() > SCENE_BYTES_MAX => {
+            return Err(Status::invalid_argument(format!(
+                "the scene has {} bytes: at most {SCENE_BYTES_MAX}",
+                text.len()
+            )));
+        }
         Some(Source::Toml(text)) => scene_file::parse("scene", text, Path::new(""))?,
         None => return Err(Status::invalid_argument("give a scene's name or its text")),
     };

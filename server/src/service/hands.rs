@@ -30,6 +30,7 @@ impl Hands for HandsService {
             sources: backend.sources.clone(),
             status: backend.status.clone(),
             clock: backend.clock,
+            stopping: backend.stopping.clone(),
         };
         Ok(Response::new(Box::pin(drive(
             context,

@@ -55,6 +55,18 @@ pub struct Backend {
 /// A stream of answers.
 pub type Answers<T> = Pin<Box<dyn Stream<Item = Result<T, Status>> + Send>>;
 
+/// Does work to its end, also when the client that asked for it goes away meanwhile: what has two sides would be left
+/// with one of them done.
+pub(crate) async fn to_its_end<T, F>(work: F) -> Result<T, Status>
+where
+    T: Send + 'static,
+    F: Future<Output = T> + Send + 'static,
+{
+    tokio::spawn(work)
+        .await
+        .map_err(|failure| Status::internal(failure.to_string()))
+}
+
 /// Runs work that reads or writes files, away from the async threads.
 pub(crate) async fn off_thread<T, F>(work: F) -> Result<T, Status>
 where

@@ -7,7 +7,7 @@ use tsukamu_proto::v1::recordings_server::Recordings;
 use crate::recorder_handle::RecordOptions;
 use crate::ticker::request::{Beginning, Request as Ask};
 
-use super::{Backend, off_thread};
+use super::{Backend, off_thread, to_its_end};
 
 /// The service.
 #[derive(Clone, Debug)]
@@ -22,16 +22,13 @@ impl Recordings for RecordingsService {
         request: Request<v1::StartRecordingRequest>,
     ) -> Answer<v1::StartRecordingResponse> {
         let v1::StartRecordingRequest { name, frames, raw } = request.into_inner();
-        let (stamp, name) = self
-            .0
-            .recordings
-            .start(
-                &self.0.ticker,
-                name,
-                RecordOptions { frames, raw },
-                Beginning::AsItStands,
-            )
-            .await?;
+        let (desk, ticker) = (self.0.recordings.clone(), self.0.ticker.clone());
+        let options = RecordOptions { frames, raw };
+        let (stamp, name) = to_its_end(async move {
+            desk.start(&ticker, name, options, Beginning::AsItStands)
+                .await
+        })
+        .await??;
         Ok(Response::new(v1::StartRecordingResponse {
             stamp: Some(stamp),
             name,
@@ -42,7 +39,8 @@ impl Recordings for RecordingsService {
         &self,
         _: Request<v1::StopRecordingRequest>,
     ) -> Answer<v1::StopRecordingResponse> {
-        let (stamp, name, written) = self.0.recordings.stop(&self.0.ticker).await?;
+        let (desk, ticker) = (self.0.recordings.clone(), self.0.ticker.clone());
+        let (stamp, name, written) = to_its_end(async move { desk.stop(&ticker).await }).await??;
         Ok(Response::new(v1::StopRecordingResponse {
             stamp: Some(stamp),
             name,

@@ -35,13 +35,12 @@ impl Engine {
             let _ = reply.send(Err(refusal));
             return;
         }
-        let (name, id) = (spec.name.clone(), self.next_free_id());
-        self.pending.push(Command::AddObject(Box::new(spec)));
         if self.is_running {
-            self.waiting.push(Waiting::Object(name, reply));
+            self.waiting.push(Waiting::Object(spec.name.clone(), reply));
         } else {
-            let _ = reply.send(Ok((self.stamp, id)));
+            let _ = reply.send(Ok((self.stamp, self.next_free_id())));
         }
+        self.pending.push(Command::AddObject(Box::new(spec)));
     }
 
     fn may_command(&self) -> Result<(), Refusal> {
@@ -121,16 +120,26 @@ impl Engine {
             .iter()
             .map(|slot| (slot.generation, slot.body.is_some()))
             .collect();
+        // All slots before this one are taken.
+        let mut first = 0;
         for command in &self.pending {
             match command {
-                Command::AddObject(_) => match slots.iter_mut().find(|(_, is_taken)| !is_taken) {
-                    Some(slot) => slot.1 = true,
-                    None => slots.push((0, true)),
-                },
+                Command::AddObject(_) => {
+                    first += slots[first..]
+                        .iter()
+                        .take_while(|(_, is_taken)| *is_taken)
+                        .count();
+                    match slots.get_mut(first) {
+                        Some(slot) => slot.1 = true,
+                        None => slots.push((0, true)),
+                    }
+                }
                 Command::RemoveObject(id) => {
-                    let slot = slots.get_mut(id.slot as usize);
+                    let place = id.slot as usize;
+                    let slot = slots.get_mut(place);
                     if let Some(slot) = slot.filter(|slot| **slot == (id.generation, true)) {
                         *slot = (id.generation.wrapping_add(1), false);
+                        first = first.min(place);
                     }
                 }
                 _ => {}

@@ -13,7 +13,7 @@ use crate::input::filter::HandFilter;
 use crate::input::intake::{Driver, Feed};
 
 use super::engine::Engine;
-use super::request::{NewDriver, NewHand, Played, Refusal};
+use super::request::{HANDS_MAX, NewDriver, NewHand, Played, Refusal};
 
 /// How long a step waits for its recorded input. The reader is hundreds of steps ahead: only a stalled disk makes the
 /// world wait, and then it must, since a playback is nothing without its inputs.
@@ -25,8 +25,8 @@ impl Engine {
         if self.playback.is_some() && !self.play(tick) {
             return false;
         }
+        self.drop_finished_hands();
         if self.playback.is_none() {
-            self.drop_finished_hands();
             if self
                 .period_ticks
                 .is_some_and(|period| tick > 1 && (tick - 1).is_multiple_of(period))
@@ -127,19 +127,33 @@ impl Engine {
         self.pending.extend(self.drivers.iter().map(enter));
     }
 
-    /// Takes out the hands whose clients are gone.
+    /// Takes out the hands whose clients are gone; those that have not entered yet never do.
     fn drop_finished_hands(&mut self) {
         if !self.drivers.iter().any(Driver::is_over) {
             return;
         }
         for driver in self.drivers.extract_if(.., |driver| driver.is_over()) {
             self.outlets.sources.remove(&driver.source);
-            self.pending.push(Command::RemoveHand(driver.hand));
+            let n_pending = self.pending.len();
+            self.pending.retain(
+                |command| !matches!(command, Command::AddHand { hand, .. } if *hand == driver.hand),
+            );
+            let is_in = self.playback.is_none() && self.pending.len() == n_pending;
+            self.pending
+                .extend(is_in.then_some(Command::RemoveHand(driver.hand)));
         }
     }
 
     /// A hand joins with the next step.
+    ///
+    /// # Errors
+    /// When there are too many.
     pub(super) fn open_hand(&mut self, new: NewHand) -> Result<HandId, Refusal> {
+        // While the world stands still, no step takes out those who have gone.
+        self.drop_finished_hands();
+        if self.drivers.len() >= HANDS_MAX {
+            return Err(Refusal::TooManyHands);
+        }
         let feed = match new.driver {
             NewDriver::Remote(answers) => Feed::Remote { answers },
             NewDriver::Device(between) => Feed::Device { between },

@@ -165,6 +165,7 @@ impl Engine {
                 applied_source_ns: applied.map_or(0, |applied| applied.source_ns),
                 applied_tick: applied.map_or(0, |applied| applied.tick),
                 n_dropped: driver.source.n_dropped(),
+                n_superseded: driver.source.n_superseded(),
                 touches: self.touches.clone(),
                 holds: holds.and_then(|hand| hand.holds),
             });

@@ -19,7 +19,7 @@ pub mod request;
 pub mod schedule;
 
 use std::collections::VecDeque;
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::Duration;
 
 use crate::settings::Mode;
@@ -78,7 +78,8 @@ impl Ticker {
             return match self.wait_until(schedule.deadline_ns()) {
                 Waited::Deadline => {
                     self.timed_step();
-                    true
+                    // Where steps take longer than their time nothing is waited for: requests get their turn here.
+                    self.answer_one()
                 }
                 Waited::Request(request) => self.answer(request),
                 Waited::Gone => false,
@@ -91,9 +92,16 @@ impl Ticker {
                 .is_ok_and(|request| self.answer(request));
         }
         self.asked_step();
-        self.requests
-            .try_recv()
-            .map_or(true, |request| self.answer(request))
+        self.answer_one()
+    }
+
+    /// Answers a request that waits, if one does; false at the end.
+    fn answer_one(&mut self) -> bool {
+        match self.requests.try_recv() {
+            Ok(request) => self.answer(request),
+            Err(TryRecvError::Empty) => true,
+            Err(TryRecvError::Disconnected) => false,
+        }
     }
 
     fn timed_step(&mut self) {
@@ -119,8 +127,15 @@ impl Ticker {
         }
     }
 
-    /// One of the steps that were asked for.
+    /// One of the steps that were asked for. Whoever goes away meanwhile needs no more of them.
     fn asked_step(&mut self) {
+        while self
+            .steps
+            .front()
+            .is_some_and(|(_, reply)| reply.is_closed())
+        {
+            self.steps.pop_front();
+        }
         let Some((n_left, _)) = self.steps.front_mut() else {
             return;
         };
@@ -199,6 +214,10 @@ impl Ticker {
                 beginning,
                 reply,
             } => {
+                let recorder = match self.mode {
+                    Mode::Lockstep => recorder.patient(),
+                    Mode::Realtime => recorder,
+                };
                 let _ = reply.send(self.engine.record(recorder, name, beginning));
             }
             Request::StopRecording(reply) => {

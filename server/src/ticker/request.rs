@@ -174,6 +174,9 @@ pub enum Refusal {
     /// An object that cannot be added.
     #[error("the object cannot be added: {0}")]
     Object(String),
+    /// No further hand may join.
+    #[error("there are {HANDS_MAX} hands already: no further one may join")]
+    TooManyHands,
     /// A new epoch began before the command was carried out.
     #[error("a new epoch began before the command was carried out")]
     NewEpoch,
@@ -185,6 +188,8 @@ pub enum Refusal {
     NotRecording,
 }
 
+/// Most hands that sources drive at a time.
+pub const HANDS_MAX: usize = 256;
 /// Most steps of one request.
 pub const STEPS_MAX: u32 = 1_000_000;
 

@@ -10,6 +10,7 @@ mod stl;
 #[cfg(test)]
 mod tests;
 
+use std::io::Read;
 use std::path::Path;
 
 use nalgebra::Point3;
@@ -55,16 +56,28 @@ pub fn load(path: &Path, scale: f64) -> Result<Polyhedron, MeshFault> {
     soup.and_then(|soup| solid(&soup, scale)).map_err(refuse)
 }
 
-/// The whole file, unless it is larger than a mesh may be.
+/// The whole file, unless it is larger than a mesh may be. A pipe or a device is none: reading it may never end.
 fn read_bounded(path: &Path) -> Result<Vec<u8>, MeshProblem> {
     let unreadable = |source: std::io::Error| MeshProblem::Unreadable {
         why: source.to_string(),
     };
-    let length = std::fs::metadata(path).map_err(unreadable)?.len();
-    if length > MESH_BYTES_MAX {
-        return Err(MeshProblem::TooLarge { bytes: length });
+    let about = std::fs::metadata(path).map_err(unreadable)?;
+    if !about.is_file() {
+        return Err(MeshProblem::Unreadable {
+            why: "it is no file".to_owned(),
+        });
     }
-    std::fs::read(path).map_err(unreadable)
+    let mut bytes = Vec::new();
+    // It may have grown since.
+    let file = std::fs::File::open(path).map_err(unreadable)?;
+    file.take(MESH_BYTES_MAX + 1)
+        .read_to_end(&mut bytes)
+        .map_err(unreadable)?;
+    if bytes.len() as u64 > MESH_BYTES_MAX {
+        let bytes = about.len().max(bytes.len() as u64);
+        return Err(MeshProblem::TooLarge { bytes });
+    }
+    Ok(bytes)
 }
 
 /// Joins corners at one place, scales, and checks that the faces close a solid.
