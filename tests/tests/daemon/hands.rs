@@ -11,11 +11,11 @@ use tsukamu_server::settings::Mode;
 
 use super::support::{connect, control, cubes, daemon, next, next_frame, soon, step, watch, world};
 
-fn ask(kind: Ask) -> v1::DriveRequest {
+pub(crate) fn ask(kind: Ask) -> v1::DriveRequest {
     v1::DriveRequest { kind: Some(kind) }
 }
 
-fn open(name: &str) -> v1::DriveRequest {
+pub(crate) fn open(name: &str) -> v1::DriveRequest {
     ask(Ask::Open(v1::DriveOpen {
         name: name.to_owned(),
         side: v1::Side::Right.into(),
@@ -25,7 +25,7 @@ fn open(name: &str) -> v1::DriveRequest {
 }
 
 /// A straight hand whose wrist is at `x`, 1 m above the floor.
-fn sample(source_ns: u64, x: f64) -> v1::DriveRequest {
+pub(crate) fn sample(source_ns: u64, x: f64) -> v1::DriveRequest {
     let wrist = v1::Pose {
         position: Some(v1::Vec3 { x, y: 1.0, z: 0.0 }),
         rotation: None,
@@ -40,7 +40,7 @@ fn sample(source_ns: u64, x: f64) -> v1::DriveRequest {
 }
 
 /// The first state that is as wanted.
-async fn state_where(
+pub(crate) async fn state_where(
     answers: &mut Streaming<v1::DriveResponse>,
     is_wanted: impl Fn(&v1::DriveState) -> bool,
 ) -> v1::DriveState {
@@ -180,13 +180,19 @@ async fn numbers_that_are_none_are_dropped_and_counted() {
         valid: true,
         ..Default::default()
     }));
-    let messages = vec![open("a"), infinite, sample(9, 0.5)];
+    let far = [f64::NAN, f64::NEG_INFINITY, 1.0e300, -20_000.0].map(|x| sample(1, x));
+    let messages = [
+        vec![open("a"), infinite],
+        far.to_vec(),
+        vec![sample(9, 0.5)],
+    ]
+    .concat();
     let requests = futures_util::stream::iter(messages).chain(futures_util::stream::pending());
     let mut answers = soon(hands.drive(requests))
         .await
         .expect("a stream")
         .into_inner();
     let state = state_where(&mut answers, |state| state.applied_source_ns == 9).await;
-    assert_eq!(state.dropped, 1);
+    assert_eq!((state.dropped, state.superseded), (5, 0));
     daemon.shutdown().await.expect("a clean end");
 }

@@ -2,10 +2,13 @@
 //! a value, with a deadline.
 
 mod commands;
+mod drain;
 mod events;
 mod frames;
 mod front;
 mod hands;
 mod mid_session;
 mod recordings;
+mod rude_clients;
+mod rude_scenes;
 mod support;

@@ -12,13 +12,13 @@ use tsukamu_server::settings::Mode;
 use super::support::{config, connect, control, cubes, soon, step, tick};
 
 /// A folder of its own, empty.
-fn folder(name: &str) -> PathBuf {
+pub(crate) fn folder(name: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = std::fs::remove_dir_all(&folder);
     folder
 }
 
-async fn recordings(daemon: &Daemon) -> RecordingsClient<Channel> {
+pub(crate) async fn recordings(daemon: &Daemon) -> RecordingsClient<Channel> {
     RecordingsClient::new(connect(daemon).await)
 }
 
