@@ -19,7 +19,6 @@ use crate::settings::hand::HandSettings;
 use crate::ticker::request::{NewDriver, NewHand, Refusal, Request, TickerHandle};
 
 use super::assemble::{Assembly, Mount};
-use super::between::Between;
 use super::filter::{DERIVATIVE_CUTOFF_HZ, OneEuro};
 use super::sources::{Arrived, Source, Sources};
 
@@ -167,7 +166,7 @@ fn join(
         beta: filter.beta,
         derivative_cutoff_hz: DERIVATIVE_CUTOFF_HZ,
     });
-    let driver = NewDriver::Device(Between::Interpolate);
+    let driver = NewDriver::Device(hand.between);
     let new = NewHand {
         model: hand.model.clone(),
         source: Arc::clone(&source),

@@ -7,6 +7,7 @@ use super::device::{DeviceKind, DeviceSettings};
 use crate::document::bounds::Bounds;
 use crate::document::keys::Keys;
 use crate::document::mistake::Sheet;
+use crate::input::between::Between;
 
 /// A hand driven by devices.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +24,8 @@ pub struct HandSettings {
     pub model: HandModel,
     /// Its filter; `None` is off.
     pub filter: Option<FilterSettings>,
+    /// What it does between two samples.
+    pub between: Between,
 }
 
 /// A One-Euro filter (Casiez et al. 2012).
@@ -78,11 +81,11 @@ fn read(
         .number(sheet, "point_radius", Bounds::within(0.0, 0.05, "m"))
         .unwrap_or(0.0);
     let palm_contacts = keys.flag(sheet, "palm_contacts").unwrap_or(false);
-    let min_cutoff_hz = keys.number(sheet, "min_cutoff_hz", Bounds::above(0.0, 1000.0, "Hz"));
-    let beta = keys.number(sheet, "beta", Bounds::within(0.0, 1000.0, ""));
-    if beta.is_some() && !keys.has("min_cutoff_hz") {
-        keys.fault(sheet, "beta", "does nothing without min_cutoff_hz");
-    }
+    let filter = filter(keys, sheet);
+    let between = match keys.choice(sheet, "between", &["interpolate", "hold"]) {
+        Some("hold") => Between::Hold,
+        _ => Between::Interpolate,
+    };
     let adult = HandModel::adult(if side? == "left" {
         Side::Left
     } else {
@@ -97,10 +100,6 @@ fn read(
     if let Err(fault) = model.validate() {
         keys.fault(sheet, "scale", fault.to_string());
     }
-    let filter = min_cutoff_hz.map(|min_cutoff_hz| FilterSettings {
-        min_cutoff_hz,
-        beta: beta.unwrap_or(0.0),
-    });
     let tracker = tracker?;
     if let DeviceKind::Fastrak { settings, .. } = &devices[tracker].kind
         && !settings.stations[station as usize - 1]
@@ -118,6 +117,20 @@ fn read(
         station: station as u8,
         model,
         filter,
+        between,
+    })
+}
+
+/// The hand's filter, which a cut-off turns on.
+fn filter(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>) -> Option<FilterSettings> {
+    let min_cutoff_hz = keys.number(sheet, "min_cutoff_hz", Bounds::above(0.0, 1000.0, "Hz"));
+    let beta = keys.number(sheet, "beta", Bounds::within(0.0, 1000.0, ""));
+    if beta.is_some() && !keys.has("min_cutoff_hz") {
+        keys.fault(sheet, "beta", "does nothing without min_cutoff_hz");
+    }
+    min_cutoff_hz.map(|min_cutoff_hz| FilterSettings {
+        min_cutoff_hz,
+        beta: beta.unwrap_or(0.0),
     })
 }
 

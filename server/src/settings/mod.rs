@@ -52,6 +52,7 @@
 //! | `palm_contacts` | `true`: the palm touches too | `false` |
 //! | `min_cutoff_hz` | One-Euro filter (Casiez et al. 2012): cut-off at rest, Hz, above 0 up to 1000; turns the filter on | off |
 //! | `beta` | One-Euro filter: how fast the cut-off rises with speed, 0 to 1000 | 0 |
+//! | `between` | between two samples the hand is `"interpolate"`d (smooth, later by about 1.25 sample intervals) or `"hold"`s the last (no lag, in steps) | `"interpolate"` |
 
 pub mod calibration;
 pub mod device;

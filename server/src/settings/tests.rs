@@ -6,6 +6,7 @@ use super::device::DeviceKind;
 use super::overrides::{KEYS, Overrides};
 use super::{Mode, Settings, parse};
 use crate::document::mistake::Mistakes;
+use crate::input::between::Between;
 
 fn read(text: &str, flags: &[(&str, &str)]) -> Result<Settings, Mistakes> {
     let mut overrides = Overrides::default();
@@ -66,7 +67,7 @@ fn flags_stand_above_the_file() {
 #[test]
 fn devices_and_hands_find_each_other() {
     let text = format!(
-        "{DEVICES}[[hand]]\nname = 'h'\nside = 'left'\nglove = 'g'\ntracker = 't'\nstation = 2\nscale = 0.9\nmin_cutoff_hz = 1\n"
+        "{DEVICES}[[hand]]\nname = 'h'\nside = 'left'\nglove = 'g'\ntracker = 't'\nstation = 2\nscale = 0.9\nmin_cutoff_hz = 1\nbetween = 'hold'\n"
     );
     let settings = read(&text, &[]).unwrap();
     let hand = &settings.hands[0];
@@ -79,6 +80,7 @@ fn devices_and_hands_find_each_other() {
         ),
         (0, 1, 2, "left")
     );
+    assert_eq!(hand.between, Between::Hold);
     assert_eq!(hand.filter.map(|filter| filter.beta), Some(0.0));
     let DeviceKind::Fastrak {
         settings: tracker, ..
