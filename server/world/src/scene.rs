@@ -264,6 +264,11 @@ impl Scene {
         (self.tracking_grace_s * self.rate_hz + STEP_ROUNDING).floor() as u64
     }
 
+    /// Grasp angle of an object in this scene, radians: its own, or else the scene's.
+    pub fn grasp_angle_of(&self, object: &ObjectSpec) -> f64 {
+        object.grasp_angle.unwrap_or(self.grasp_angle)
+    }
+
     /// Seconds per step.
     pub fn step_length_s(&self) -> f64 {
         1.0 / self.rate_hz

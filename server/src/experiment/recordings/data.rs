@@ -2,7 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use tsukamu_motion::import::adroit::{self, AdroitOptions, AdroitPoints};
+use tsukamu_motion::import::adroit_body::{AdroitBody, BodyRow, body_path};
 use tsukamu_motion::mistake::ImportError;
+use tsukamu_motion::track::HandTrack;
 
 use super::SetName;
 
@@ -116,4 +119,27 @@ pub(super) fn read<T>(
         file: folder.join(file).display().to_string(),
         mistakes,
     })
+}
+
+/// The hand of one Adroit recording and the path of a body in it; `None` where its file is not in the folder.
+///
+/// # Errors
+/// When the file cannot be read or is not what it should be.
+pub fn adroit_run(
+    folder: &Path,
+    demo: &str,
+    points: AdroitPoints,
+    body: AdroitBody,
+) -> Result<Option<(HandTrack, Vec<BodyRow>)>, DataFault> {
+    let file = format!("{demo}.csv");
+    let Some(text) = text_of(folder, &file)? else {
+        return Ok(None);
+    };
+    let track = read(
+        folder,
+        &file,
+        adroit::import(&text, &AdroitOptions { points }),
+    )?;
+    let path = read(folder, &file, body_path(&text, body))?;
+    Ok(Some((track, path)))
 }

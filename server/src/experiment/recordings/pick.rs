@@ -5,8 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Vector3};
 use serde::Serialize;
-use tsukamu_motion::import::adroit::{self, AdroitOptions};
-use tsukamu_motion::import::adroit_body::{AdroitBody, BodyRow, body_path};
+use tsukamu_motion::import::adroit_body::{AdroitBody, BodyRow};
 use tsukamu_motion::import::adroit_reference::{
     AdroitObject, OBJECT_MASS_KG, PickReference, pick_references,
 };
@@ -68,19 +67,11 @@ pub(super) fn play_all(
     let mut runs = Vec::new();
     let mut n_absent = 0;
     for reference in &references {
-        let file = format!("{}.csv", reference.demo);
-        let Some(text) = data::text_of(folder, &file)? else {
+        let run = data::adroit_run(folder, &reference.demo, play.points, AdroitBody::Object)?;
+        let Some((track, path)) = run else {
             n_absent += 1;
             continue;
         };
-        let track = adroit::import(
-            &text,
-            &AdroitOptions {
-                points: play.points,
-            },
-        );
-        let track = data::read(folder, &file, track)?;
-        let path = data::read(folder, &file, body_path(&text, AdroitBody::Object))?;
         if let (Some(hand), Some(start)) = (track.hand(Side::Right), path.first()) {
             let scene = scene(reference, &start.pose, play.rate_hz)?;
             let replay = replay(&reference.demo, scene, &model(play), play.stands, hand)?;

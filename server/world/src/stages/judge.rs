@@ -66,7 +66,7 @@ fn judge(stage: &mut Stage<'_>, slot: u32) -> Option<Found> {
         None if body.on_floor || body.still || body.contact != ContactState::Free => body.pose,
         None => inertia::free(&body.pose, &body.displacement, &body.spin, &gravity_step),
     };
-    let angle = body.spec.grasp_angle.unwrap_or(stage.scene.grasp_angle);
+    let angle = stage.scene.grasp_angle_of(&body.spec);
     let (contact, touches) = (&mut stage.scratch.contact, &mut stage.scratch.touches);
     let first = touches.len();
     let mut now = supposed;

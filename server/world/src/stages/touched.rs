@@ -122,7 +122,7 @@ fn hold(stage: &mut Stage<'_>, found: &Found, pair: &GraspPair) {
         .state
         .body(found.slot)
         .expect("found objects are there");
-    let angle = body.spec.grasp_angle.unwrap_or(stage.scene.grasp_angle);
+    let angle = stage.scene.grasp_angle_of(&body.spec);
     let so_far = body.hold;
     let leader = grasp::leader(touches, angle, so_far.and_then(|hold| hold.leader));
     let stays = so_far.is_some_and(|hold| hold.leader == leader) && body.pose == found.now;
