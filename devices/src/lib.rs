@@ -12,7 +12,11 @@ pub mod reading;
 
 pub mod session;
 
+pub mod driver;
+
 pub mod fault;
+
+pub mod feedback;
 
 pub mod glove;
 
@@ -28,3 +32,4 @@ pub mod emulate;
 
 mod buffer;
 mod core;
+mod ticks;

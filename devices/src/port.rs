@@ -9,6 +9,7 @@ use serialport::{SerialPort, TTYPort};
 
 use crate::clock::Clock;
 use crate::fault::Fault;
+use crate::port_thread::SessionHandle;
 use crate::session::{DeviceEvent, PortRequest, Session, SessionState, SessionStats};
 
 /// First wait before a lost port is opened again; doubled at each failure.
@@ -77,6 +78,7 @@ enum End {
 pub fn run_port(
     settings: &PortSettings,
     session: &mut dyn Session,
+    outside: &SessionHandle,
     stop: &AtomicBool,
     clock: Clock,
     deliver: &mut dyn FnMut(PortEvent<'_>),
@@ -102,7 +104,7 @@ pub fn run_port(
                     baud,
                     ran: false,
                 };
-                let end = line.serve(session, stop, deliver);
+                let end = line.serve(session, outside, stop, deliver);
                 if line.ran {
                     wait = REOPEN_MIN;
                 }
@@ -162,6 +164,7 @@ impl Line<'_> {
     fn serve(
         &mut self,
         session: &mut dyn Session,
+        outside: &SessionHandle,
         stop: &AtomicBool,
         deliver: &mut dyn FnMut(PortEvent<'_>),
     ) -> End {
@@ -173,6 +176,7 @@ impl Line<'_> {
                 let _ = self.send(session.farewell(), deliver);
                 return End::Stopped;
             }
+            outside.tell(self.clock.now_ns(), session);
             if let Some(end) = self.obey(session, deliver) {
                 return end;
             }

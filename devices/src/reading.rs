@@ -2,14 +2,15 @@
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
 
+use crate::glove::calibrate::Handedness;
 use crate::glove::sensor::GloveSensor;
-use crate::tracker::space::transmitter_to_world;
+use crate::tracker::space::TrackerSpace;
 
 /// One sensor of a glove at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorReading {
-    /// Raw counts as the glove sent them, kept so that calibration can be redone later.
-    pub raw: u16,
+    /// The value as the glove sent it, in counts or whatever unit it uses, kept so that calibration can be redone later.
+    pub raw: f64,
     /// Calibrated angle in rad; flexion and abduction are positive.
     pub angle_rad: f64,
     /// Whether the angle was outside the wearer's range and has been clamped to it.
@@ -32,8 +33,13 @@ pub struct GloveReading {
     pub plugged_in: Option<bool>,
     /// The wrist switch; `None` when the device does not say.
     pub switch_on: Option<bool>,
-    /// The device's own time counter, in a unit that no source states; `None` when it is not sent.
-    pub device_stamp: Option<u32>,
+    /// The device's own time counter, unwrapped by the driver so that it never goes back while the device runs on; its
+    /// unit is [`DeviceInfo::tick_ns`](crate::session::DeviceInfo::tick_ns) where that is known. `None` when it is not sent.
+    pub device_ticks: Option<u64>,
+    /// Which hand the sample is of; `None` when the device says nothing, as a glove that is only ever worn on one.
+    pub hand: Option<Handedness>,
+    /// Buttons and sticks on the glove.
+    pub controls: Controls,
     /// Condition letter that the device added to the sample, such as `g` (not plugged in) or `s` (sampling too fast).
     pub error: Option<char>,
 }
@@ -49,7 +55,9 @@ impl GloveReading {
             angles_valid: false,
             plugged_in: None,
             switch_on: None,
-            device_stamp: None,
+            device_ticks: None,
+            hand: None,
+            controls: Controls::NONE,
             error: None,
         }
     }
@@ -69,6 +77,23 @@ impl GloveReading {
     }
 }
 
+/// Buttons, sticks and triggers on a glove.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Controls {
+    /// Pressed buttons, one bit each; the driver says which bit is which.
+    pub buttons: u32,
+    /// Sticks (-1 to 1) and triggers (0 to 1); the driver says which is which, and `None` is one that is not there.
+    pub axes: [Option<f64>; 4],
+}
+
+impl Controls {
+    /// Nothing pressed, no axis.
+    pub const NONE: Self = Self {
+        buttons: 0,
+        axes: [None; 4],
+    };
+}
+
 /// One record of one tracker station.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackerReading {
@@ -77,8 +102,10 @@ pub struct TrackerReading {
     pub stamp_ns: u64,
     /// Counts the readings of this station in this session from 0.
     pub sequence: u64,
-    /// Station (receiver), numbered from 1 as on the device.
-    pub station: u8,
+    /// Station (receiver, bird, sensor), numbered from 1.
+    pub station: u16,
+    /// Which way the axes of position and rotation point.
+    pub space: TrackerSpace,
     /// Position of the sensor in transmitter space, m; `None` when it was not sent or is not a number.
     pub position: Option<Point3<f64>>,
     /// Rotation that takes sensor coordinates to transmitter space; `None` when it was not sent or is not a rotation.
@@ -89,6 +116,8 @@ pub struct TrackerReading {
     pub rotation_valid: bool,
     /// Error letter of the record, such as `j` (saturated) or `k` (out of range or unplugged); `None` when good.
     pub error: Option<char>,
+    /// The device's own time counter, as in [`GloveReading::device_ticks`].
+    pub device_ticks: Option<u64>,
     /// Stylus switch; `None` when it is not part of the record.
     pub stylus_pressed: Option<bool>,
 }
@@ -106,10 +135,10 @@ impl TrackerReading {
     }
 
     /// The sensor's pose in the y-up world that has its origin in the transmitter (m); `None` unless position and
-    /// rotation are both valid. See [`transmitter_to_world`].
+    /// rotation are both valid. See [`TrackerSpace::to_world`].
     #[must_use]
     pub fn world_from_sensor(&self) -> Option<Isometry3<f64>> {
         self.transmitter_from_sensor()
-            .map(|pose| transmitter_to_world(&pose))
+            .map(|pose| self.space.to_world(&pose))
     }
 }

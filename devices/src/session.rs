@@ -5,7 +5,8 @@
 //! nanoseconds from one origin of the caller's choice.
 
 use crate::fault::Fault;
-use crate::glove::calibrate::Handedness;
+use crate::feedback::Feedback;
+use crate::glove::calibrate::{GloveCalibration, Handedness};
 use crate::reading::{GloveReading, TrackerReading};
 
 /// Where a device is between "not there" and "sending".
@@ -37,7 +38,7 @@ pub struct StateChange {
 }
 
 /// What a device said about itself.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct DeviceInfo {
     /// Device family, such as `CyberGlove`.
     pub family: &'static str,
@@ -49,6 +50,8 @@ pub struct DeviceInfo {
     pub n_sensors: usize,
     /// Which hand a glove is made for; `None` for a tracker, or when the glove did not say.
     pub hand: Option<Handedness>,
+    /// Nominal length of one tick of the device's own counter, ns; `None` when it has none or its unit is not known.
+    pub tick_ns: Option<f64>,
 }
 
 /// What a session hands out.
@@ -126,7 +129,15 @@ pub trait Session {
     fn poll_port_request(&mut self) -> Option<PortRequest>;
 
     /// The bytes that make the device quiet, to be sent before an orderly close.
-    fn farewell(&self) -> &'static [u8];
+    fn farewell(&self) -> &'static [u8] {
+        &[]
+    }
+
+    /// Takes over a wearer's calibration from the next record on. A device without a glove's sensors ignores it.
+    fn set_calibration(&mut self, _calibration: GloveCalibration) {}
+
+    /// Asks for forces or vibration; the newest request stands. A device that cannot give any ignores it.
+    fn set_feedback(&mut self, _now_ns: u64, _feedback: Feedback) {}
 
     /// The present state.
     fn state(&self) -> SessionState;

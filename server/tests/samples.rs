@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use tsukamu_devices::glove::sensor::GloveSensor;
-use tsukamu_server::settings::device::DeviceKind;
 use tsukamu_server::settings::overrides::Overrides;
 use tsukamu_server::settings::{Settings, calibration, load};
 
@@ -45,10 +44,11 @@ fn the_real_set_up_is_a_calibrated_glove_and_a_tracker_on_one_hand() {
     let [glove, tracker] = settings.devices.as_slice() else {
         panic!("{:?}", settings.devices)
     };
-    let DeviceKind::CyberGlove { calibration, .. } = &glove.kind else {
-        panic!("{glove:?}")
-    };
-    assert_eq!(calibration.sensor(GloveSensor::IndexMcp).raw_at_zero, 47.0);
+    assert_eq!(glove.driver.name(), "cyberglove");
+    assert_eq!(
+        glove.calibration.sensor(GloveSensor::IndexMcp).raw_at_zero,
+        47.0
+    );
     assert!(
         glove.port.starts_with("/dev/serial/by-id/")
             && tracker.port.starts_with("/dev/serial/by-id/")

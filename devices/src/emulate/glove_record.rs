@@ -116,7 +116,7 @@ mod tests {
             let sample = decode_record(&bytes[..bytes.len() - 1], &layout).unwrap();
             let raw: Vec<u8> = sample.raw.iter().flatten().map(|value| *value as u8).collect();
             prop_assert_eq!(raw, sensors.to_vec());
-            prop_assert_eq!(sample.device_stamp, stamp);
+            prop_assert_eq!(sample.device_ticks, stamp);
             prop_assert_eq!(sample.status, status.map(|byte| decode_status(byte).unwrap()));
             prop_assert_eq!(sample.error, parts.error);
         }

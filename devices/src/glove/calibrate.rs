@@ -93,8 +93,8 @@ impl SensorCalibration {
     }
 
     /// The angle in degrees before the coupling and the range.
-    fn free_deg(&self, raw: u16) -> f64 {
-        self.gain_deg_per_count * (f64::from(raw) - self.raw_at_zero)
+    fn free_deg(&self, raw: f64) -> f64 {
+        self.gain_deg_per_count * (raw - self.raw_at_zero)
     }
 }
 
@@ -208,6 +208,18 @@ impl GloveCalibration {
         problems
     }
 
+    /// The same, with every sensor that it does not name set to `default_of`: what a driver does once with the defaults of
+    /// its own device, whose counts may run from 0 to 4095 or be degrees already.
+    #[must_use]
+    pub fn filled(mut self, default_of: impl Fn(GloveSensor) -> SensorCalibration) -> Self {
+        for sensor in GloveSensor::ALL {
+            self.sensors
+                .entry(sensor)
+                .or_insert_with(|| default_of(sensor));
+        }
+        self
+    }
+
     /// The calibration of one sensor, the default where the file does not name it.
     #[must_use]
     pub fn sensor(&self, sensor: GloveSensor) -> SensorCalibration {
@@ -221,7 +233,7 @@ impl GloveCalibration {
     #[must_use]
     pub fn angles(
         &self,
-        raw: &[Option<u16>; GloveSensor::N_SLOTS],
+        raw: &[Option<f64>; GloveSensor::N_SLOTS],
     ) -> [Option<SensorReading>; GloveSensor::N_SLOTS] {
         let mut readings = [None; GloveSensor::N_SLOTS];
         for sensor in GloveSensor::ALL {
@@ -236,18 +248,20 @@ impl GloveCalibration {
         readings
     }
 
-    /// The 8-bit counts (1 to 254) by slot at which the sensors read `angles_rad`, as near as counts can: the inverse
-    /// of [`GloveCalibration::angles`], for emulators. A slot without an angle gets the counts of angle 0.
+    /// The whole counts from `least` to `greatest` by slot at which the sensors read `angles_rad`, as near as counts can:
+    /// the inverse of [`GloveCalibration::angles`], for emulators. A slot without an angle gets the counts of angle 0.
     #[must_use]
     pub fn counts(
         &self,
         angles_rad: &[Option<f64>; GloveSensor::N_SLOTS],
-    ) -> [u8; GloveSensor::N_SLOTS] {
+        least: u16,
+        greatest: u16,
+    ) -> [u16; GloveSensor::N_SLOTS] {
         // A coupling to a coupled sensor needs that one first; a few rounds settle any chain of weak ones.
         const ROUNDS: usize = 4;
-        let mut counts = [128; GloveSensor::N_SLOTS];
+        let mut counts = [least.midpoint(greatest); GloveSensor::N_SLOTS];
         for _ in 0..ROUNDS {
-            let raw = counts.map(|value: u8| Some(u16::from(value)));
+            let raw = counts.map(|value| Some(f64::from(value)));
             for sensor in GloveSensor::ALL {
                 let calibration = self.sensor(sensor);
                 let coupled_deg = calibration
@@ -255,23 +269,24 @@ impl GloveCalibration {
                     .map_or(0.0, |coupling| self.coupled_deg(coupling, &raw));
                 let own_deg = angles_rad[sensor.slot()].unwrap_or(0.0).to_degrees() - coupled_deg;
                 let value = calibration.raw_at_zero + own_deg / calibration.gain_deg_per_count;
-                // The cast makes 0 of what is not a number, and the bounds 1 of that.
-                counts[sensor.slot()] = (value.round().clamp(1.0, 254.0) as u8).max(1);
+                // `max` then `min`, for `clamp` keeps what is not a number and panics on bounds the wrong way round.
+                let bounded = value.round().max(f64::from(least)).min(f64::from(greatest));
+                counts[sensor.slot()] = bounded as u16;
             }
         }
         counts
     }
 
     /// What the other sensor adds, degrees; nothing when it is not there.
-    fn coupled_deg(&self, coupling: Coupling, raw: &[Option<u16>; GloveSensor::N_SLOTS]) -> f64 {
+    fn coupled_deg(&self, coupling: Coupling, raw: &[Option<f64>; GloveSensor::N_SLOTS]) -> f64 {
         raw[coupling.sensor.slot()].map_or(0.0, |other| {
             let zero = self.sensor(coupling.sensor).raw_at_zero;
-            coupling.gain_deg_per_count * (f64::from(other) - zero)
+            coupling.gain_deg_per_count * (other - zero)
         })
     }
 }
 
-fn bounded_reading(calibration: &SensorCalibration, raw: u16, coupled_deg: f64) -> SensorReading {
+fn bounded_reading(calibration: &SensorCalibration, raw: f64, coupled_deg: f64) -> SensorReading {
     let free_deg = calibration.free_deg(raw) + coupled_deg;
     // `max` then `min` instead of `clamp`, which panics on a range that nobody validated.
     let angle_deg = free_deg.max(calibration.min_deg).min(calibration.max_deg);

@@ -6,12 +6,12 @@ use crate::glove::sensor::GloveSensor;
 use crate::reading::GloveReading;
 
 /// Counts that a sensor has to move before its range is believed; one that stays put is taken as absent.
-pub const MIN_TRAVEL_COUNTS: u16 = 10;
+pub const MIN_TRAVEL_COUNTS: f64 = 10.0;
 
 /// The least and greatest counts of each sensor so far.
 #[derive(Debug, Clone, Default)]
 pub struct QuickRange {
-    extremes: [Option<(u16, u16)>; GloveSensor::N_SLOTS],
+    extremes: [Option<(f64, f64)>; GloveSensor::N_SLOTS],
 }
 
 impl QuickRange {
@@ -30,7 +30,7 @@ impl QuickRange {
 
     /// Least and greatest counts of a sensor; `None` when it was never seen.
     #[must_use]
-    pub fn extremes(&self, sensor: GloveSensor) -> Option<(u16, u16)> {
+    pub fn extremes(&self, sensor: GloveSensor) -> Option<(f64, f64)> {
         self.extremes[sensor.slot()]
     }
 
@@ -46,10 +46,9 @@ impl QuickRange {
                 continue;
             }
             let (min_deg, max_deg) = usual_range_deg(sensor);
-            if let Some(fitted) = SensorCalibration::from_two_points(
-                (f64::from(low), min_deg),
-                (f64::from(high), max_deg),
-            ) {
+            if let Some(fitted) =
+                SensorCalibration::from_two_points((low, min_deg), (high, max_deg))
+            {
                 calibration.sensors.insert(sensor, fitted);
             }
         }

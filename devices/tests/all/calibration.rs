@@ -31,10 +31,10 @@ max_deg = 60
 coupling = { sensor = "thumb_abduction", gain_deg_per_count = 0.1 }
 "#;
 
-fn counts(values: &[(GloveSensor, u16)]) -> [Option<u16>; GloveSensor::N_SLOTS] {
+fn counts(values: &[(GloveSensor, u16)]) -> [Option<f64>; GloveSensor::N_SLOTS] {
     let mut raw = [None; GloveSensor::N_SLOTS];
     for (sensor, value) in values {
-        raw[sensor.slot()] = Some(*value);
+        raw[sensor.slot()] = Some(f64::from(*value));
     }
     raw
 }
@@ -134,7 +134,7 @@ fn the_quick_routine_maps_extremes_to_joint_ranges() {
         };
         range.add(&reading);
     }
-    assert_eq!(range.extremes(GloveSensor::IndexMcp), Some((50, 150)));
+    assert_eq!(range.extremes(GloveSensor::IndexMcp), Some((50.0, 150.0)));
     let fitted = range.calibration(&base);
     let index = fitted.sensor(GloveSensor::IndexMcp);
     assert!((index.raw_at_zero - 50.0).abs() < 1e-9);
@@ -153,8 +153,8 @@ fn counts_are_the_inverse_of_angles() {
     {
         wanted[sensor.slot()] = Some(angle_deg.to_radians());
     }
-    let counts = calibration.counts(&wanted);
-    let readings = calibration.angles(&counts.map(|value| Some(u16::from(value))));
+    let counts = calibration.counts(&wanted, 1, 254);
+    let readings = calibration.angles(&counts.map(|value| Some(f64::from(value))));
     for sensor in GloveSensor::ALL {
         let error = readings[sensor.slot()].unwrap().angle_rad - wanted[sensor.slot()].unwrap();
         // Half a count.

@@ -97,7 +97,7 @@ fn c4_time_stamp_and_status() {
         },
     )
     .unwrap();
-    assert_eq!(sample.device_stamp, Some(65_588));
+    assert_eq!(sample.device_ticks, Some(65_588));
     let status = sample.status.unwrap();
     assert!(status.plugged_in && !status.switch_on && !status.light_on);
 }

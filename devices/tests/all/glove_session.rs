@@ -129,7 +129,7 @@ fn survives_loss_and_counts_it() {
     // Nothing that was damaged got through.
     for reading in bench.gloves() {
         for sensor in reading.sensors.iter().flatten() {
-            assert_eq!(sensor.raw, 77);
+            assert_eq!(sensor.raw, 77.0);
         }
     }
 }
@@ -281,14 +281,14 @@ fn a_glove_that_changes_its_records_is_followed_or_set_right() {
     // Somebody else's host switches the time stamp on: learned after three records.
     bench.emulator.push(bench.now_ns, b"D\x01");
     bench.run_for(200 * MS);
-    assert!(bench.gloves().last().unwrap().device_stamp.is_some());
+    assert!(bench.gloves().last().unwrap().device_ticks.is_some());
     // The foreign answer and the three.
     assert_eq!(bench.session.stats().dropped_records, 4);
     // And takes sensors away: no glove has such records, so the settings are sent again.
     bench.emulator.push(bench.now_ns, b"M\x0F\0\0");
     bench.run_until(5 * S, |bench| bench.session.stats().restarts > 0);
     bench.run_until(10 * S, |bench| {
-        running(bench) && bench.gloves().last().unwrap().device_stamp.is_none()
+        running(bench) && bench.gloves().last().unwrap().device_ticks.is_none()
     });
     let mut states = bench.states();
     states.reverse();

@@ -60,7 +60,7 @@ impl Port {
             raw: false,
         };
         let clock = Clock::new(Instant::now());
-        let thread = PortThread::spawn(settings, session, clock, move |event| {
+        let thread = PortThread::spawn(settings, Box::new(session), clock, move |event| {
             if let PortEvent::Device(event) = event {
                 let _ = sender.try_send(event);
             }
@@ -120,7 +120,7 @@ fn a_glove_on_a_terminal_survives_being_unplugged() {
         move |event: &DeviceEvent| match event {
             DeviceEvent::Glove(reading) => reading
                 .sensor(GloveSensor::RingPip)
-                .filter(|sensor| sensor.raw == u16::from(raw) && reading.angles_valid)
+                .filter(|sensor| sensor.raw == f64::from(raw) && reading.angles_valid)
                 .map(|sensor| sensor.angle_rad),
             _ => None,
         }
@@ -244,7 +244,7 @@ fn raw_bytes_and_states_are_delivered_and_stopping_is_quick() {
     };
     let thread = PortThread::spawn(
         settings,
-        glove_session(),
+        Box::new(glove_session()),
         Clock::new(Instant::now()),
         move |event| {
             let seen = match event {

@@ -5,7 +5,7 @@ use tsukamu_devices::tracker::fastrak::decode::{
     Encoding, Item, LengthUnit, RecordFault, RecordFormat, Sample, decode_record,
 };
 use tsukamu_devices::tracker::fastrak::status::{ControlRecord, parse_control};
-use tsukamu_devices::tracker::space::world_from_transmitter_axes;
+use tsukamu_devices::tracker::space::TrackerSpace;
 
 use crate::support::bytes;
 
@@ -134,6 +134,6 @@ fn bad_records_are_refused_by_name() {
 
 #[test]
 fn world_axes_are_a_rotation() {
-    let matrix = world_from_transmitter_axes().to_rotation_matrix();
+    let matrix = TrackerSpace::ZDown.world_from_axes().to_rotation_matrix();
     assert!((matrix.matrix().determinant() - 1.0).abs() < 1e-12);
 }

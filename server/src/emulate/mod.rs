@@ -34,7 +34,7 @@ pub struct Played {
 /// How an emulated tracker stands to the world and to the hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackerPlace {
-    /// Station that the wrist's receiver is on, 1 to 4.
+    /// Station that the wrist's receiver is on, from 1.
     pub station: u8,
     /// `world_from_transmitter`, in the y-up space in which the driver reports.
     pub world_from_transmitter: Isometry3<f64>,
@@ -100,7 +100,8 @@ pub fn spawn_glove(
             if let Some(angles) =
                 sample.and_then(|sample| joint_angles_of(&sample, played.motion.side()))
             {
-                glove.set_slots(&calibration.counts(&sensor_angles(&angles)));
+                let counts = calibration.counts(&sensor_angles(&angles), 1, 254);
+                glove.set_slots(&counts.map(|count| count as u8));
             }
         },
     )

@@ -3,7 +3,7 @@
 
 use nalgebra::{Isometry3, Point3};
 use tsukamu_devices::glove::sensor::GloveSensor;
-use tsukamu_devices::tracker::space::world_to_transmitter;
+use tsukamu_devices::tracker::space::TrackerSpace;
 use tsukamu_world::hand::joint::{N_JOINTS, Side};
 use tsukamu_world::hand::kinematics::angles_from_points;
 use tsukamu_world::hand::sample::{FingerPose, HandSample, JointAngles};
@@ -68,7 +68,7 @@ pub fn transmitter_from_sensor(
     place: &TrackerPlace,
 ) -> Isometry3<f64> {
     let world_from_sensor = world_from_wrist * place.wrist_from_sensor;
-    world_to_transmitter(&(place.world_from_transmitter.inverse() * world_from_sensor))
+    TrackerSpace::ZDown.from_world(&(place.world_from_transmitter.inverse() * world_from_sensor))
 }
 
 #[cfg(test)]
@@ -104,7 +104,7 @@ mod tests {
         };
         for (sensor, angle) in reading.sensors.iter_mut().zip(slots) {
             *sensor = angle.map(|angle_rad| SensorReading {
-                raw: 1,
+                raw: 1.0,
                 angle_rad,
                 clamped: false,
             });

@@ -150,6 +150,7 @@ pub fn joint_angles(reading: &GloveReading) -> Option<JointAngles> {
 mod tests {
     use nalgebra::{Point3, Translation3, UnitQuaternion, Vector3};
     use tsukamu_devices::reading::SensorReading;
+    use tsukamu_devices::tracker::space::TrackerSpace;
 
     use super::*;
 
@@ -162,7 +163,7 @@ mod tests {
         };
         for (sensor, angle_rad) in angles {
             reading.sensors[sensor.slot()] = Some(SensorReading {
-                raw: 1,
+                raw: 1.0,
                 angle_rad: *angle_rad,
                 clamped: false,
             });
@@ -175,6 +176,8 @@ mod tests {
             stamp_ns,
             sequence: 0,
             station: 1,
+            space: TrackerSpace::ZDown,
+            device_ticks: None,
             position: Some(Point3::new(0.1, 0.2, 0.3)),
             rotation: Some(UnitQuaternion::identity()),
             position_valid: is_good,

@@ -5,16 +5,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tracing::info;
 use tsukamu_devices::clock::Clock as PortClock;
-use tsukamu_devices::glove::cyberglove::session::CyberGloveSession;
 use tsukamu_devices::port::{Direction, PortEvent, PortSettings};
 use tsukamu_devices::port_thread::PortThread;
 use tsukamu_devices::session::{DeviceEvent, SessionState, SessionStats, StateChange};
-use tsukamu_devices::tracker::fastrak::session::FastrakSession;
 use tsukamu_proto::v1;
 
 use crate::clock::Clock;
 use crate::recorder_handle::{RecordItem, RecorderHandle};
-use crate::settings::device::{DeviceKind, DeviceSettings};
+use crate::settings::device::DeviceSettings;
 use crate::settings::hand::HandSettings;
 use crate::ticker::request::{NewDriver, NewHand, Refusal, Request, TickerHandle};
 
@@ -49,7 +47,7 @@ impl RawTap {
 #[derive(Clone, Debug)]
 struct HandOfPort {
     /// Station of the tracker that belongs to it.
-    station: u8,
+    station: u16,
     assembly: Arc<Mutex<Assembly>>,
     source: Arc<Source>,
 }
@@ -106,7 +104,7 @@ impl SerialPorts {
         let add = |device: &DeviceSettings| {
             context.sources.add(
                 &device.name,
-                device.kind.name(),
+                device.driver.name(),
                 device.port.clone(),
                 "absent",
             )
@@ -149,17 +147,8 @@ fn join(
     let place = format!("{} + {} station {}", glove.name, tracker.name, hand.station);
     let source = context.sources.add(&hand.name, "hand", place, "running");
     let mount = Mount {
-        wrist_from_sensor: match &glove.kind {
-            DeviceKind::CyberGlove { calibration, .. } => calibration.mount.wrist_from_sensor(),
-            DeviceKind::Fastrak { .. } => nalgebra::Isometry3::identity(),
-        },
-        world_from_transmitter: match &tracker.kind {
-            DeviceKind::Fastrak {
-                world_from_transmitter,
-                ..
-            } => *world_from_transmitter,
-            DeviceKind::CyberGlove { .. } => nalgebra::Isometry3::identity(),
-        },
+        wrist_from_sensor: glove.calibration.mount.wrist_from_sensor(),
+        world_from_transmitter: tracker.world_from_transmitter,
     };
     let filter = hand.filter.map(|filter| OneEuro {
         min_cutoff_hz: filter.min_cutoff_hz,
@@ -207,23 +196,8 @@ fn spawn(
         }
         PortEvent::Raw { .. } => {}
     };
-    match &device.kind {
-        DeviceKind::CyberGlove {
-            settings: glove,
-            calibration,
-        } => {
-            let session = CyberGloveSession::new(glove.clone(), (**calibration).clone());
-            PortThread::spawn(settings, session, port_clock, deliver)
-        }
-        DeviceKind::Fastrak {
-            settings: tracker, ..
-        } => PortThread::spawn(
-            settings,
-            FastrakSession::new(tracker.clone()),
-            port_clock,
-            deliver,
-        ),
-    }
+    let session = device.driver.session((*device.calibration).clone());
+    PortThread::spawn(settings, session, port_clock, deliver)
 }
 
 /// Hands a reading to the hands that it belongs to.

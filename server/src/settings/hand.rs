@@ -1,9 +1,10 @@
 //! One `[[hand]]`: a glove and a tracker that make a hand.
 
+use tsukamu_devices::driver::Role;
 use tsukamu_world::hand::joint::Side;
 use tsukamu_world::hand::skeleton::HandModel;
 
-use super::device::{DeviceKind, DeviceSettings};
+use super::device::DeviceSettings;
 use crate::document::bounds::Bounds;
 use crate::document::keys::Keys;
 use crate::document::mistake::Sheet;
@@ -18,8 +19,8 @@ pub struct HandSettings {
     pub glove: usize,
     /// Index of its tracker in the settings' devices.
     pub tracker: usize,
-    /// Station of that tracker, 1 to 4.
-    pub station: u8,
+    /// Station of that tracker, from 1.
+    pub station: u16,
     /// The wearer's hand.
     pub model: HandModel,
     /// Its filter; `None` is off.
@@ -69,11 +70,11 @@ fn read(
     keys.require(sheet, "side", "left or right");
     let name = keys.text(sheet, "name");
     let side = keys.choice(sheet, "side", &["left", "right"]);
-    let glove = device(keys, sheet, devices, "glove", "cyberglove");
-    let tracker = device(keys, sheet, devices, "tracker", "fastrak");
+    let glove = device(keys, sheet, devices, "glove", Role::is_glove);
+    let tracker = device(keys, sheet, devices, "tracker", Role::is_tracker);
     let station = keys
-        .whole(sheet, "station", Bounds::within(1.0, 4.0, ""))
-        .unwrap_or(1);
+        .whole(sheet, "station", Bounds::within(1.0, 1024.0, ""))
+        .map_or(1, |station| station as u16);
     let scale = keys
         .number(sheet, "scale", Bounds::within(0.5, 2.0, ""))
         .unwrap_or(1.0);
@@ -101,9 +102,7 @@ fn read(
         keys.fault(sheet, "scale", fault.to_string());
     }
     let tracker = tracker?;
-    if let DeviceKind::Fastrak { settings, .. } = &devices[tracker].kind
-        && !settings.stations[station as usize - 1]
-    {
+    if !devices[tracker].driver.has_station(station) {
         keys.fault(
             sheet,
             "station",
@@ -114,7 +113,7 @@ fn read(
         name: name?,
         glove: glove?,
         tracker,
-        station: station as u8,
+        station,
         model,
         filter,
         between,
@@ -140,18 +139,18 @@ fn device(
     sheet: &mut Sheet<'_>,
     devices: &[DeviceSettings],
     key: &'static str,
-    kind: &str,
+    suits: fn(Role) -> bool,
 ) -> Option<usize> {
-    keys.require(sheet, key, &format!("the name of a {kind} device"));
+    keys.require(sheet, key, &format!("the name of a {key}"));
     let name = keys.text(sheet, key)?;
     let found = devices
         .iter()
-        .position(|device| device.name == name && device.kind.name() == kind);
+        .position(|device| device.name == name && suits(device.driver.role()));
     if found.is_none() {
         keys.fault(
             sheet,
             key,
-            format!("is {name:?}; there is no {kind} device of that name without mistakes"),
+            format!("is {name:?}; there is no {key} of that name without mistakes"),
         );
     }
     found

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::device::DeviceKind;
 use super::overrides::{KEYS, Overrides};
 use super::{Mode, Settings, parse};
 use crate::document::mistake::Mistakes;
 use crate::input::between::Between;
+use tsukamu_devices::driver::Driver;
 
 fn read(text: &str, flags: &[(&str, &str)]) -> Result<Settings, Mistakes> {
     let mut overrides = Overrides::default();
@@ -82,10 +82,7 @@ fn devices_and_hands_find_each_other() {
     );
     assert_eq!(hand.between, Between::Hold);
     assert_eq!(hand.filter.map(|filter| filter.beta), Some(0.0));
-    let DeviceKind::Fastrak {
-        settings: tracker, ..
-    } = &settings.devices[1].kind
-    else {
+    let Driver::Fastrak(tracker) = &settings.devices[1].driver else {
         panic!("a tracker")
     };
     assert_eq!(tracker.stations, [false, true, false, false]);

@@ -100,7 +100,8 @@ impl Worn {
         let bend = move |_: u64, glove: &mut CyberGloveEmulator| {
             let sample = wearer.sample_at(time.time_s());
             let angles = joint_angles_of(&sample, Side::Right).expect("all joints are computed");
-            glove.set_slots(&calibration.counts(&sensor_angles(&angles)));
+            let counts = calibration.counts(&sensor_angles(&angles), 1, 254);
+            glove.set_slots(&counts.map(|count| count as u8));
         };
         let glove = CyberGloveEmulator::new(sensors, Handedness::Right);
         let glove = PtyEmulator::spawn(glove, line("glove"), bend).unwrap();

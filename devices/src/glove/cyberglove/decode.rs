@@ -50,7 +50,7 @@ pub struct Sample {
     /// Raw counts by wire slot; `None` for slots that are not sent.
     pub raw: [Option<u16>; GloveSensor::N_SLOTS],
     /// The device's own time counter, if the record has one.
-    pub device_stamp: Option<u32>,
+    pub device_ticks: Option<u32>,
     /// The status byte, if the record has one.
     pub status: Option<Status>,
     /// The condition code that the device added.
@@ -112,7 +112,7 @@ pub fn decode_record(bytes: &[u8], layout: &RecordLayout) -> Result<Sample, Reco
     let (stamp, status) = rest.split_at(if layout.stamp { STAMP_LENGTH } else { 0 });
     Ok(Sample {
         raw,
-        device_stamp: decode_stamp(stamp)?,
+        device_ticks: decode_stamp(stamp)?,
         status: status
             .first()
             .map(|byte| decode_status(*byte))

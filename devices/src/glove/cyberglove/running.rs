@@ -92,11 +92,14 @@ impl CyberGloveSession {
         self.core.enter(stamp_ns, SessionState::Running, fault);
         let says = unplugged || sample.status.is_some();
         self.core.emit(DeviceEvent::Glove(GloveReading {
-            sensors: self.calibration.angles(&sample.raw),
+            sensors: self
+                .calibration
+                .angles(&sample.raw.map(|raw| raw.map(f64::from))),
             angles_valid: !unplugged,
             plugged_in: says.then_some(!unplugged),
             switch_on: sample.status.map(|status| status.switch_on),
-            device_stamp: sample.device_stamp,
+            device_ticks: sample.device_ticks.map(|ticks| self.ticks.unwrap(ticks)),
+            hand: self.answers.hand,
             error: sample.error.map(char::from),
             ..GloveReading::empty(stamp_ns, self.sequence)
         }));

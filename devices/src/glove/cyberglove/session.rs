@@ -24,6 +24,7 @@ use crate::glove::cyberglove::settings::CyberGloveSettings;
 use crate::glove::sensor::SensorMask;
 use crate::reading::GloveReading;
 use crate::session::{DeviceEvent, DeviceInfo, PortRequest, Session, SessionState, SessionStats};
+use crate::ticks::Unwrapped;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Stage {
@@ -57,6 +58,7 @@ pub struct CyberGloveSession {
     pub(super) layout: RecordLayout,
     pub(super) learned: Learned,
     pub(super) sequence: u64,
+    pub(super) ticks: Unwrapped,
     pub(super) bad_in_row: u32,
     /// Their bytes.
     pub(super) bad_bytes: usize,
@@ -92,6 +94,7 @@ impl CyberGloveSession {
             layout,
             learned: Learned::default(),
             sequence: 0,
+            ticks: Unwrapped::default(),
             bad_in_row: 0,
             bad_bytes: 0,
             in_step: false,
@@ -101,11 +104,6 @@ impl CyberGloveSession {
             silent_openings: 0,
             first_bytes: Vec::new(),
         }
-    }
-
-    /// Replaces the wearer's calibration from the next record on.
-    pub fn set_calibration(&mut self, calibration: GloveCalibration) {
-        self.calibration = calibration;
     }
 
     pub(super) fn drain(&mut self, now_ns: u64, resume: bool) {
@@ -152,6 +150,7 @@ impl CyberGloveSession {
             identity: String::new(),
             n_sensors: self.layout.mask.count(),
             hand: self.answers.hand,
+            tick_ns: None,
         }));
     }
 
@@ -340,6 +339,10 @@ impl Session for CyberGloveSession {
 
     fn farewell(&self) -> &'static [u8] {
         &[STOP]
+    }
+
+    fn set_calibration(&mut self, calibration: GloveCalibration) {
+        self.calibration = calibration;
     }
 
     fn state(&self) -> SessionState {

@@ -18,6 +18,7 @@ use crate::tracker::fastrak::protocol::{
 };
 use crate::tracker::fastrak::settings::{FastrakSettings, commands};
 use crate::tracker::fastrak::status::{ControlRecord, StatusRecord};
+use crate::tracker::space::TrackerSpace;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stage {
@@ -126,6 +127,7 @@ impl FastrakSession {
                     identity: status.identity.clone(),
                     n_sensors: self.settings.stations.iter().filter(|used| **used).count(),
                     hand: None,
+                    tick_ns: None,
                 }));
                 self.configure(now_ns, 0);
             }
@@ -188,9 +190,11 @@ impl FastrakSession {
         let usable = sample.error.is_none_or(data_usable);
         let sequence = &mut self.sequences[usize::from(sample.station) - 1];
         self.core.emit(DeviceEvent::Tracker(TrackerReading {
+            space: TrackerSpace::ZDown,
+            device_ticks: None,
             stamp_ns,
             sequence: *sequence,
-            station: sample.station,
+            station: sample.station.into(),
             position: sample.position,
             rotation: sample.rotation,
             position_valid: usable && sample.position.is_some(),
