@@ -125,7 +125,7 @@ fn mistakes_between_devices_and_hands() {
         ),
         (
             hand.replace("'t'", "'g'").replace("'g'\n", "'x'\n"),
-            "t.toml:4:9: hand[0].glove: is \"x\"; there is no cyberglove device of that name without mistakes",
+            "t.toml:4:9: hand[0].glove: is \"x\"; there is no glove of that name without mistakes",
         ),
         (
             format!("{DEVICES}[[device]]\nname = 'g'\nkind = 'fastrak'\nport = '/dev/c'"),
