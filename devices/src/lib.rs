@@ -28,6 +28,8 @@ pub mod port_thread;
 
 pub mod clock;
 
+pub mod timing;
+
 pub mod emulate;
 
 mod buffer;

@@ -3,6 +3,7 @@
 use nalgebra::Isometry3;
 use tsukamu_devices::glove::sensor::GloveSensor;
 use tsukamu_devices::reading::{GloveReading, TrackerReading};
+use tsukamu_devices::timing::Stamped;
 use tsukamu_world::hand::sample::{FingerAngles, FingerPose, HandSample, JointAngles, ThumbAngles};
 
 use super::sources::{Arrived, News};
@@ -40,26 +41,26 @@ impl Assembly {
     }
 
     /// The sample that a glove's reading makes with the tracker's newest.
-    pub fn push_glove(&mut self, reading: &GloveReading) -> Option<Arrived> {
-        self.glove = Some((reading.stamp_ns, joint_angles(reading)));
-        self.sample(reading.stamp_ns, News::Fingers)
+    pub fn push_glove(&mut self, stamped: Stamped, reading: &GloveReading) -> Option<Arrived> {
+        self.glove = Some((stamped.arrival_ns, joint_angles(reading)));
+        self.sample(stamped, News::Fingers)
     }
 
     /// The sample that a tracker's reading makes with the glove's newest.
-    pub fn push_tracker(&mut self, reading: &TrackerReading) -> Option<Arrived> {
+    pub fn push_tracker(&mut self, stamped: Stamped, reading: &TrackerReading) -> Option<Arrived> {
         let sensor = reading.world_from_sensor();
         let wrist = sensor.map(|pose| {
             self.mount.world_from_transmitter * pose * self.mount.wrist_from_sensor.inverse()
         });
-        self.tracker = Some((reading.stamp_ns, wrist));
-        self.sample(reading.stamp_ns, News::Wrist)
+        self.tracker = Some((stamped.arrival_ns, wrist));
+        self.sample(stamped, News::Wrist)
     }
 
     /// `None` while one half is missing or old; a sample without a hand where one half says that it sees none.
-    fn sample(&self, now_ns: u64, news: News) -> Option<Arrived> {
+    fn sample(&self, now: Stamped, news: News) -> Option<Arrived> {
         let ((glove_ns, angles), (tracker_ns, wrist)) =
             (self.glove.as_ref()?, self.tracker.as_ref()?);
-        let is_old = |stamp: u64| now_ns.saturating_sub(stamp) > HALF_AGE_MAX_NS;
+        let is_old = |stamp: u64| now.arrival_ns.saturating_sub(stamp) > HALF_AGE_MAX_NS;
         if is_old(*glove_ns) || is_old(*tracker_ns) {
             return None;
         }
@@ -72,7 +73,9 @@ impl Assembly {
             });
         Some(Arrived {
             source_ns: 0,
-            arrival_ns: now_ns,
+            arrival_ns: now.arrival_ns,
+            fitted_ns: now.fitted_ns,
+            ticks: now.ticks,
             sample,
             news,
         })
@@ -155,6 +158,10 @@ mod tests {
     use super::*;
 
     const MS: u64 = 1_000_000;
+
+    fn at(arrival_ns: u64) -> Stamped {
+        Stamped::on_arrival(arrival_ns)
+    }
 
     fn glove(stamp_ns: u64, angles: &[(GloveSensor, f64)]) -> GloveReading {
         let mut reading = GloveReading {
@@ -241,9 +248,12 @@ mod tests {
     #[test]
     fn both_halves_make_a_sample_in_the_world() {
         let mut hand = Assembly::new(mount());
-        assert!(hand.push_glove(&glove(0, &[])).is_none(), "no tracker yet");
+        assert!(
+            hand.push_glove(at(0), &glove(0, &[])).is_none(),
+            "no tracker yet"
+        );
         let arrived = hand
-            .push_tracker(&tracker(MS, true))
+            .push_tracker(at(MS), &tracker(MS, true))
             .expect("both are there");
         assert_eq!(arrived.arrival_ns, MS);
         let wrist = arrived.sample.expect("both are valid").wrist;
@@ -260,17 +270,18 @@ mod tests {
     #[test]
     fn a_half_that_is_blind_or_silent_leaves_no_hand() {
         let mut hand = Assembly::new(mount());
-        hand.push_glove(&glove(0, &[]));
+        hand.push_glove(at(0), &glove(0, &[]));
         let blind = hand
-            .push_tracker(&tracker(MS, false))
+            .push_tracker(at(MS), &tracker(MS, false))
             .expect("it says something");
         assert_eq!(blind.sample, None, "the tracker sees nothing");
         assert!(
-            hand.push_tracker(&tracker(251 * MS, true)).is_none(),
+            hand.push_tracker(at(251 * MS), &tracker(251 * MS, true))
+                .is_none(),
             "the glove is silent"
         );
         assert!(
-            hand.push_glove(&glove(252 * MS, &[]))
+            hand.push_glove(at(252 * MS), &glove(252 * MS, &[]))
                 .is_some_and(|arrived| arrived.sample.is_some())
         );
     }

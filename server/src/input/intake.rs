@@ -264,6 +264,8 @@ mod tests {
             driver.source.offer(Arrived {
                 source_ns: 7,
                 arrival_ns: u64::from(k),
+                fitted_ns: u64::from(k),
+                ticks: None,
                 sample: Some(sample(k.into())),
                 news: News::Whole,
             });

@@ -216,6 +216,8 @@ async fn read(
             Ok(sample) => source.offer(Arrived {
                 source_ns: message.source_ns,
                 arrival_ns,
+                fitted_ns: arrival_ns,
+                ticks: None,
                 sample,
                 news: News::Whole,
             }),

@@ -8,6 +8,7 @@ use tsukamu_devices::clock::Clock as PortClock;
 use tsukamu_devices::port::{Direction, PortEvent, PortSettings};
 use tsukamu_devices::port_thread::PortThread;
 use tsukamu_devices::session::{DeviceEvent, SessionState, SessionStats, StateChange};
+use tsukamu_devices::timing::Stamped;
 use tsukamu_proto::v1;
 
 use crate::clock::Clock;
@@ -205,14 +206,22 @@ fn take(row: &Source, hands: &[HandOfPort], event: DeviceEvent) {
     match event {
         DeviceEvent::Glove(reading) => {
             row.note(reading.stamp_ns);
+            let stamped = Stamped {
+                ticks: reading.device_ticks,
+                ..Stamped::on_arrival(reading.stamp_ns)
+            };
             for hand in hands {
-                hand.offer(lock(&hand.assembly).push_glove(&reading));
+                hand.offer(lock(&hand.assembly).push_glove(stamped, &reading));
             }
         }
         DeviceEvent::Tracker(reading) => {
             row.note(reading.stamp_ns);
+            let stamped = Stamped {
+                ticks: reading.device_ticks,
+                ..Stamped::on_arrival(reading.stamp_ns)
+            };
             for hand in hands.iter().filter(|hand| hand.station == reading.station) {
-                hand.offer(lock(&hand.assembly).push_tracker(&reading));
+                hand.offer(lock(&hand.assembly).push_tracker(stamped, &reading));
             }
         }
         DeviceEvent::State(change) => note_state(row, change),

@@ -33,6 +33,11 @@ pub struct Arrived {
     pub source_ns: u64,
     /// Arrival, monotonic nanoseconds of the daemon.
     pub arrival_ns: u64,
+    /// When the source took it, as far as that can be told, monotonic nanoseconds of the daemon; the arrival where
+    /// nothing more is known, and never later.
+    pub fitted_ns: u64,
+    /// The device's own counter with what is new; `None` where it has none.
+    pub ticks: Option<u64>,
     /// The sample; `None` says that the source has lost the hand.
     pub sample: Option<HandSample>,
     /// What of it is new.
@@ -305,6 +310,8 @@ mod tests {
         Arrived {
             source_ns: 0,
             arrival_ns,
+            fitted_ns: arrival_ns,
+            ticks: None,
             sample: Some(HandSample { wrist, fingers }),
             news: News::Whole,
         }

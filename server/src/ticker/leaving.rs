@@ -235,6 +235,8 @@ pub(super) fn record_samples(
                 0
             },
             sample: Some(sample),
+            fitted_ns: item.fitted_ns,
+            ticks: item.ticks,
         };
         recorder.offer(clock.wall_of(item.arrival_ns), RecordItem::Sample(message));
     }
