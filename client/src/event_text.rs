@@ -55,6 +55,10 @@ pub fn event_text(event: &Event, object_name: &dyn Fn(u64) -> Option<String>) ->
         Kind::ObjectRemoved(_) => "taken out of the world".into(),
         Kind::Reset(_) => "the scene was set back to its start".into(),
         Kind::SceneLoaded(loaded) => format!("scene {} was loaded: a new epoch began", loaded.name),
+        Kind::DeviceLost(lost) => format!("{} was lost: {}", lost.device, lost.reason),
+        Kind::DeviceReturned(back) => {
+            format!("{} is back after {:.1} s", back.device, back.absent_s)
+        }
     }
 }
 
@@ -115,7 +119,8 @@ fn called(id: u64, object_name: &dyn Fn(u64) -> Option<String>) -> String {
 #[cfg(test)]
 mod tests {
     use tsukamu_proto::v1::{
-        Blocked, Grasped, HitTarget, Landed, Pushed, Released, Rested, SceneLoaded, Toppled,
+        Blocked, DeviceLost, DeviceReturned, Grasped, HitTarget, Landed, Pushed, Released, Rested,
+        SceneLoaded, Toppled,
     };
 
     use super::*;
@@ -221,6 +226,24 @@ mod tests {
                 name: "demo".into(),
             }),
             "scene demo was loaded: a new epoch began",
+        );
+    }
+
+    #[test]
+    fn devices_go_and_come_in_words() {
+        check(
+            Kind::DeviceLost(DeviceLost {
+                device: "glove".into(),
+                reason: "unplugged".into(),
+            }),
+            "glove was lost: unplugged",
+        );
+        check(
+            Kind::DeviceReturned(DeviceReturned {
+                device: "glove".into(),
+                absent_s: 2.34,
+            }),
+            "glove is back after 2.3 s",
         );
     }
 

@@ -62,5 +62,7 @@ pub const fn event_kind(kind: &Kind) -> &'static str {
         Kind::ObjectRemoved(_) => "object_removed",
         Kind::Reset(_) => "reset",
         Kind::SceneLoaded(_) => "scene_loaded",
+        Kind::DeviceLost(_) => "device_lost",
+        Kind::DeviceReturned(_) => "device_returned",
     }
 }

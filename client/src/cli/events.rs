@@ -140,6 +140,9 @@ pub(crate) fn line(event: &Event, names: &SceneNames) -> String {
 
 fn whom(event: &Event, names: &SceneNames) -> String {
     let hand = event.hand.checked_sub(1).map(|id| names.hand(id));
+    if let Some(device) = event.kind.as_ref().and_then(device) {
+        return printable(device);
+    }
     match (event.object > 0, hand) {
         (true, Some(hand)) => format!("{} · {hand}", printable(&event.object_name)),
         (true, None) => printable(&event.object_name),
@@ -148,11 +151,20 @@ fn whom(event: &Event, names: &SceneNames) -> String {
     }
 }
 
+/// The device that it is about.
+fn device(kind: &Kind) -> Option<&str> {
+    match kind {
+        Kind::DeviceLost(lost) => Some(&lost.device),
+        Kind::DeviceReturned(back) => Some(&back.device),
+        _ => None,
+    }
+}
+
 fn style(event: &Event) -> Style {
     match event.kind {
         Some(Kind::Grasped(_)) => Style::new().green(),
         Some(Kind::Released(_) | Kind::Thrown(_)) => Style::new().yellow(),
-        Some(Kind::HandLost(_)) => Style::new().red(),
+        Some(Kind::HandLost(_) | Kind::DeviceLost(_)) => Style::new().red(),
         Some(Kind::HitTarget(_)) => Style::new().magenta().bold(),
         Some(Kind::SceneLoaded(_) | Kind::Reset(_)) => Style::new().cyan(),
         Some(Kind::Rested(_) | Kind::ContactBegan(_) | Kind::ContactEnded(_)) => Style::new().dim(),

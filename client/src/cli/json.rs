@@ -94,6 +94,14 @@ fn fields(kind: &Kind) -> Vec<(&'static str, Value)> {
             ("distance_m", hit.distance.into()),
         ],
         Kind::SceneLoaded(loaded) => vec![("scene", loaded.name.clone().into())],
+        Kind::DeviceLost(lost) => vec![
+            ("device", lost.device.clone().into()),
+            ("reason", lost.reason.clone().into()),
+        ],
+        Kind::DeviceReturned(back) => vec![
+            ("device", back.device.clone().into()),
+            ("absent_s", back.absent_s.into()),
+        ],
         Kind::HandLost(_)
         | Kind::HandFound(_)
         | Kind::ObjectAdded(_)

@@ -55,8 +55,8 @@ pub struct EventEntry {
     pub what: What,
     /// The object it happened to, where the world still has it.
     pub object: Option<Arc<ObjectSpec>>,
-    /// The world's content then.
-    pub content: Arc<Content>,
+    /// The world's content then; `None` for what is not of the world.
+    pub content: Option<Arc<Content>>,
 }
 
 /// What happened.
@@ -66,6 +66,27 @@ pub enum What {
     World(Event),
     /// A new epoch began.
     SceneLoaded,
+    /// A device went or came.
+    Device(DeviceNews),
+}
+
+/// What happened to a device.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DeviceNews {
+    /// One that ran is gone.
+    Lost {
+        /// Its name.
+        device: String,
+        /// What is wrong, and what to do.
+        reason: String,
+    },
+    /// One that was lost runs again.
+    Returned {
+        /// Its name.
+        device: String,
+        /// Time since it was lost, seconds.
+        absent_s: f64,
+    },
 }
 
 /// A scene as it stands: its content and where everything is.

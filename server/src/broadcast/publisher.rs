@@ -8,7 +8,7 @@ use prost::Message;
 use tokio::sync::watch;
 use tsukamu_proto::v1;
 
-use crate::convert::event::{Names, event};
+use crate::convert::event::{Names, device_event, event};
 use crate::event_log::EventWriter;
 use crate::metrics::Metrics;
 use crate::recorder_handle::{RecordItem, RecorderHandle};
@@ -154,12 +154,12 @@ impl Publisher {
 }
 
 fn encode_event(entry: &EventEntry, sequence: u64, mirror: &Mirror) -> Bytes {
-    let content = &entry.content;
+    let content = entry.content.as_deref();
     let mut message = match &entry.what {
         What::World(happened) => {
             let names = Names {
-                hands: &content.hands,
-                targets: &content.targets,
+                hands: content.map_or(&[], |content| &content.hands),
+                targets: content.map_or(&[], |content| &content.targets),
             };
             // An object that is gone still stands in the content that the publisher had before.
             let former = || {
@@ -178,10 +178,11 @@ fn encode_event(entry: &EventEntry, sequence: u64, mirror: &Mirror) -> Bytes {
         }
         What::SceneLoaded => v1::Event {
             kind: Some(v1::event::Kind::SceneLoaded(v1::SceneLoaded {
-                name: content.surroundings.name.clone(),
+                name: content.map_or_else(String::new, |content| content.surroundings.name.clone()),
             })),
             ..v1::Event::default()
         },
+        What::Device(news) => device_event(news),
     };
     message.stamp = Some(entry.stamp);
     message.sequence = sequence;

@@ -10,6 +10,7 @@ use tsukamu_world::state::HandId;
 
 use super::basic::{plus_one, point, vec3};
 use super::scene::NamedHand;
+use crate::broadcast::inbox::DeviceNews;
 
 /// What an event refers to by number, so that the message can say it by name.
 #[derive(Clone, Copy, Debug)]
@@ -84,6 +85,24 @@ fn kind(event: &Event, names: Names<'_>) -> Kind {
         EventKind::ObjectAdded => Kind::ObjectAdded(v1::ObjectAdded {}),
         EventKind::ObjectRemoved => Kind::ObjectRemoved(v1::ObjectRemoved {}),
         EventKind::Reset => Kind::Reset(v1::SceneReset {}),
+    }
+}
+
+/// What happened to a device as a message, without stamp and sequence number.
+pub fn device_event(news: &DeviceNews) -> v1::Event {
+    let kind = match news {
+        DeviceNews::Lost { device, reason } => Kind::DeviceLost(v1::DeviceLost {
+            device: device.clone(),
+            reason: reason.clone(),
+        }),
+        DeviceNews::Returned { device, absent_s } => Kind::DeviceReturned(v1::DeviceReturned {
+            device: device.clone(),
+            absent_s: *absent_s,
+        }),
+    };
+    v1::Event {
+        kind: Some(kind),
+        ..v1::Event::default()
     }
 }
 

@@ -178,6 +178,7 @@ impl Source {
             hand: self.hand.load(Ordering::Relaxed),
             filter_lag_s: health.lag_s,
             superseded: lane.n_superseded,
+            ..v1::Device::default()
         }
     }
 

@@ -62,7 +62,7 @@ impl Engine {
                     .and_then(|id| world.object(id))
                     .map(|body| Arc::clone(&body.spec)),
                 what: What::World(event.clone()),
-                content: Arc::clone(&self.content),
+                content: Some(Arc::clone(&self.content)),
             });
         let changed = frame
             .changed
@@ -79,7 +79,7 @@ impl Engine {
                     stamp: self.stamp,
                     what: What::SceneLoaded,
                     object: None,
-                    content: Arc::clone(&self.content),
+                    content: Some(Arc::clone(&self.content)),
                 });
             } else {
                 batch.add_changes(changed, self.content.objects.len());
