@@ -1,4 +1,4 @@
-//! What can go wrong on the line, to be asked of an emulator by a test.
+//! What can go wrong on the line, to be asked of an emulator by a test or by `tsukamud emulate`.
 
 /// Faults to come, each happening once except for the freeze.
 #[derive(Debug, Clone, Default)]
@@ -60,5 +60,70 @@ impl LineFaults {
             bytes.truncate(bytes.len() / 2);
         }
         bytes
+    }
+}
+
+/// Noise on a line: each byte is replaced by another with a fixed probability, the same ones at each run.
+#[derive(Debug, Clone)]
+pub struct Noise {
+    /// A byte is replaced when a random number of 32 bits is below this.
+    threshold: u64,
+    seed: u64,
+}
+
+impl Noise {
+    /// Replaces this share of the bytes: 0 is none, 1 is all. What is beyond is taken as the nearer of them, and what
+    /// is not a number as 0.
+    #[must_use]
+    pub fn new(share: f64) -> Self {
+        // A float to integer cast saturates and makes 0 of what is not a number.
+        let threshold = (share.clamp(0.0, 1.0) * 4_294_967_296.0) as u64;
+        Self {
+            threshold,
+            seed: 0x9E37_79B9_7F4A_7C15,
+        }
+    }
+
+    /// What becomes of these bytes.
+    pub fn spoil(&mut self, bytes: &mut [u8]) {
+        if self.threshold == 0 {
+            return;
+        }
+        for byte in bytes {
+            // xorshift64* (Vigna 2016).
+            self.seed ^= self.seed >> 12;
+            self.seed ^= self.seed << 25;
+            self.seed ^= self.seed >> 27;
+            let random = self.seed.wrapping_mul(0x2545_F491_4F6C_DD1D);
+            if random >> 32 < self.threshold {
+                // Any change but none.
+                *byte ^= (random as u8).max(1);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Noise;
+
+    #[test]
+    fn noise_changes_its_share_of_the_bytes() {
+        for (share, least, greatest) in [
+            (0.0, 0, 0),
+            (0.01, 800, 1200),
+            (1.0, 100_000, 100_000),
+            (7.0, 100_000, 100_000),
+            (-1.0, 0, 0),
+            (f64::NAN, 0, 0),
+        ] {
+            let mut bytes = vec![0x55; 100_000];
+            Noise::new(share).spoil(&mut bytes);
+            let n_changed = bytes.iter().filter(|byte| **byte != 0x55).count();
+            assert!(
+                (least..=greatest).contains(&n_changed),
+                "{share}: {n_changed}"
+            );
+        }
     }
 }

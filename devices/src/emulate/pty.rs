@@ -17,6 +17,7 @@ use nix::sys::time::TimeSpec;
 use nix::unistd::{read, ttyname, write};
 
 use crate::emulate::Emulator;
+use crate::emulate::line_fault::Noise;
 
 /// Longest that an order to plug, unplug or stop goes unnoticed, ns.
 const ORDER_LATENCY_NS: u64 = 2_000_000;
@@ -46,6 +47,7 @@ impl Default for PtySettings {
 enum Order {
     Plug(SyncSender<io::Result<PathBuf>>),
     Unplug(SyncSender<()>),
+    Noise(Noise),
     Stop,
 }
 
@@ -81,6 +83,7 @@ impl<E: Emulator + Send + 'static> PtyEmulator<E> {
             origin: Instant::now(),
             waiting: Vec::new(),
             line_free_ns: 0,
+            noise: Noise::new(0.0),
         };
         let thread = std::thread::Builder::new()
             .name("emulated device".to_owned())
@@ -103,6 +106,12 @@ impl<E: Emulator + Send + 'static> PtyEmulator<E> {
     pub fn with<T>(&self, change: impl FnOnce(&mut E) -> T) -> T {
         // A panic in another caller's closure leaves a device that is still worth talking to.
         change(&mut self.emulator.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// From now on replaces this share of the bytes that the device says, 0 to 1.
+    pub fn spoil(&self, share: f64) {
+        // An error means that the thread has ended, and there is nothing to spoil.
+        let _ = self.orders.send(Order::Noise(Noise::new(share)));
     }
 
     /// Pulls the cable: the terminal hangs up and the link disappears. The device keeps its state.
@@ -206,6 +215,7 @@ struct Run<E, M> {
     waiting: Vec<u8>,
     /// When the line has sent what it was given, ns.
     line_free_ns: u64,
+    noise: Noise,
 }
 
 impl<E: Emulator, M: FnMut(u64, &mut E)> Run<E, M> {
@@ -218,6 +228,7 @@ impl<E: Emulator, M: FnMut(u64, &mut E)> Run<E, M> {
         while let Ok(order) = self.inbox.try_recv() {
             match order {
                 Order::Stop => return false,
+                Order::Noise(noise) => self.noise = noise,
                 Order::Unplug(done) => {
                     self.pty = None;
                     let _ = done.send(());
@@ -243,7 +254,9 @@ impl<E: Emulator, M: FnMut(u64, &mut E)> Run<E, M> {
                 // An idle line does not save its time up for later.
                 self.line_free_ns = self.line_free_ns.max(now_ns);
             }
-            self.waiting.extend(emulator.poll(now_ns));
+            let mut said = emulator.poll(now_ns);
+            self.noise.spoil(&mut said);
+            self.waiting.extend(said);
             emulator.deadline()
         };
         // The newest is kept whole: what does not fit behind the waiting bytes was never sent.

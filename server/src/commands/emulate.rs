@@ -1,13 +1,17 @@
 //! `tsukamud emulate`
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use anyhow::Context;
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser};
+use tokio::signal::unix::{SignalKind, signal};
+use tsukamu_devices::driver::Role;
 use tsukamu_devices::glove::calibrate::GloveCalibration;
-use tsukamu_devices::glove::cyberglove::settings::SensorCount;
 use tsukamu_motion::synthetic::names;
-use tsukamu_server::emulate::{Played, Plug, TrackerPlace, spawn_glove, spawn_tracker};
+use tsukamu_server::emulate::kinds::{KINDS, Kind, named};
+use tsukamu_server::emulate::{Played, Plug, Plugged, TrackerPlace, Worn};
 use tsukamu_server::offline::hands::{Motion, resolve_hand};
 use tsukamu_server::scene_file::hands::HandSourceSpec;
 use tsukamu_server::scene_file::{builtin, load};
@@ -18,23 +22,17 @@ use super::Failure;
 use super::given::missing_hand;
 use super::output::{say, tell};
 
-/// What is emulated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Device {
-    /// A CyberGlove.
-    Cyberglove,
-    /// A Fastrak with a receiver on the wrist.
-    Fastrak,
-    /// Both, in step, with the settings that plug them in.
-    #[value(alias = "both")]
-    Hand,
-}
+/// What makes a hand of two devices.
+const HAND: &str = "hand";
+/// How long a cable that is pulled on purpose stays out.
+const UNPLUGGED_FOR: Duration = Duration::from_secs(1);
 
 /// Arguments of `tsukamud emulate`.
 #[derive(Debug, Args)]
 pub(super) struct EmulateArgs {
     /// The device.
-    device: Device,
+    #[arg(value_parser = devices())]
+    device: String,
     /// The hand that wears it: a hand CSV or a synthetic hand's name.
     #[arg(long, value_name = "FILE|NAME")]
     motion: String,
@@ -47,73 +45,157 @@ pub(super) struct EmulateArgs {
     /// A link to the terminal; for both devices with -glove and -tracker appended.
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
-    /// Sensors of the glove, 18 or 22.
-    #[arg(long, value_name = "N", default_value = "18", value_parser = ["18", "22"])]
-    sensors: String,
+    /// The glove of `hand` [default: cyberglove].
+    #[arg(long, value_name = "KIND", value_parser = kinds_of(Role::is_glove))]
+    glove: Option<String>,
+    /// The tracker of `hand` [default: fastrak].
+    #[arg(long, value_name = "KIND", value_parser = kinds_of(Role::is_tracker))]
+    tracker: Option<String>,
+    /// The model, where there are several: 18 or 22 sensors of a CyberGlove.
+    #[arg(long, alias = "sensors", value_name = "MODEL")]
+    model: Vec<String>,
     /// The wearer's calibration file, as the daemon uses it.
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
-    /// Line rate in bit/s; 0 is no pacing.
-    #[arg(long, value_name = "BIT/S", default_value_t = 115_200)]
-    baud: u32,
+    /// Line rate in bit/s, 0 for no pacing [default: that of the device].
+    #[arg(long, value_name = "BIT/S")]
+    baud: Option<u32>,
     /// Play the motion once and hold its end; otherwise it begins again.
     #[arg(long)]
     once: bool,
+    /// Replace so many of a hundred bytes that a device sends by others.
+    #[arg(long, value_name = "PERCENT", value_parser = percent, default_value_t = 0.0)]
+    corrupt: f64,
+    /// Pull a cable each so many seconds and plug it in again after one; of two devices in turn.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    unplug_every: Option<f64>,
 }
 
-/// Emulates a device until Ctrl-C.
+/// A device that is to be emulated.
+#[derive(Clone, Copy, Debug)]
+struct Wanted {
+    kind: &'static Kind,
+    model: &'static str,
+    /// What its name and its link end in, where there are two.
+    part: &'static str,
+}
+
+/// Emulates one device or two until Ctrl-C or SIGTERM.
 pub(super) fn emulate(args: &EmulateArgs) -> Result<(), Failure> {
+    let wanted = wanted(args)?;
     let (motion, scene) = motion(args)?;
-    let played = Played {
-        motion,
-        repeats: !args.once,
-    };
     let calibration = match &args.calibration {
         Some(file) => {
             calibration::load(file).map_err(|mistakes| Failure::Usage(mistakes.to_string()))?
         }
         None => GloveCalibration::default(),
     };
+    let side = motion.side();
+    let played = Played {
+        motion,
+        repeats: !args.once,
+    };
     let place = TrackerPlace {
         wrist_from_sensor: calibration.mount.wrist_from_sensor(),
         ..TrackerPlace::default()
     };
-    let sensors = if args.sensors == "22" {
-        SensorCount::TwentyTwo
-    } else {
-        SensorCount::Eighteen
-    };
-    let is_pair = args.device == Device::Hand;
-    let side = played.motion.side();
-    let glove = (args.device != Device::Fastrak)
-        .then(|| {
-            spawn_glove(
-                played.clone(),
-                sensors,
-                calibration,
-                plug(args, is_pair.then_some("glove")),
-            )
+    let mut plugged = Vec::new();
+    for device in &wanted {
+        let worn = Worn {
+            played: played.clone(),
+            calibration: calibration.clone(),
+            place,
+            model: device.model,
+            plug: Plug {
+                link: link(args, device, &wanted),
+                baud: Some(args.baud.unwrap_or(device.kind.baud)),
+            },
+        };
+        let mut device = (device.kind.spawn)(worn).with_context(|| cannot_plug(args))?;
+        device.spoil(args.corrupt / 100.0);
+        plugged.push(device);
+    }
+    let tables: Vec<String> = wanted
+        .iter()
+        .zip(&plugged)
+        .map(|(device, plugged)| {
+            let port = link(args, device, &wanted).unwrap_or_else(|| plugged.path().to_owned());
+            device_table(device, &port, args)
         })
-        .transpose()
-        .with_context(|| cannot_plug(args))?;
-    let tracker = (args.device != Device::Cyberglove)
-        .then(|| spawn_tracker(played, place, plug(args, is_pair.then_some("tracker"))))
-        .transpose()
-        .with_context(|| cannot_plug(args))?;
-    let glove_path = glove.as_ref().map(|glove| glove.path().to_owned());
-    let tracker_path = tracker.as_ref().map(|tracker| tracker.path().to_owned());
-    match (glove_path, tracker_path) {
-        (Some(glove), Some(tracker)) => {
-            say(&sample_settings(&glove, &tracker, side, &scene, args))?
-        }
-        (Some(path), None) | (None, Some(path)) => {
-            say(&path.display().to_string())?;
-            tell(&sample_device(&path, args));
-        }
-        (None, None) => {}
+        .collect();
+    if wanted.len() == 1 {
+        say(&plugged[0].path().display().to_string())?;
+        tell(&tables.concat());
+    } else {
+        say(&sample_settings(&tables, side, &scene))?;
     }
     tell("emulating until Ctrl-C");
-    until_interrupted()
+    until_interrupted(&mut plugged, args.unplug_every.map(Duration::from_secs_f64))
+}
+
+fn devices() -> PossibleValuesParser {
+    let of_kind = |kind: &Kind| PossibleValue::new(kind.name).help(kind.about);
+    let hand = PossibleValue::new(HAND)
+        .alias("both")
+        .help("A glove and a tracker, in step, with the settings that plug them in");
+    PossibleValuesParser::new(KINDS.iter().map(of_kind).chain([hand]))
+}
+
+fn kinds_of(suits: fn(Role) -> bool) -> PossibleValuesParser {
+    let suiting = KINDS.iter().filter(move |kind| suits(kind.role));
+    PossibleValuesParser::new(suiting.map(|kind| PossibleValue::new(kind.name).help(kind.about)))
+}
+
+fn percent(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok();
+    let inside = number.filter(|percent| (0.0..=100.0).contains(percent));
+    inside.ok_or_else(|| "it must be a number from 0 to 100".to_owned())
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok();
+    let inside = number.filter(|seconds| (0.1..=86_400.0).contains(seconds));
+    inside.ok_or_else(|| "it must be a number from 0.1 to 86400".to_owned())
+}
+
+/// The devices that are asked for, each with its model.
+fn wanted(args: &EmulateArgs) -> Result<Vec<Wanted>, Failure> {
+    let usage = |text: String| Failure::Usage(text);
+    let is_pair = matches!(args.device.as_str(), HAND | "both");
+    let pair = [
+        ("glove", args.glove.as_deref().unwrap_or("cyberglove")),
+        ("tracker", args.tracker.as_deref().unwrap_or("fastrak")),
+    ];
+    let names = if is_pair {
+        pair.to_vec()
+    } else if args.glove.is_some() || args.tracker.is_some() {
+        let text = "--glove and --tracker choose the parts of `hand`; name one device or `hand`";
+        return Err(usage(text.to_owned()));
+    } else {
+        vec![("", args.device.as_str())]
+    };
+    let mut wanted = Vec::new();
+    for (part, name) in names {
+        let kind = named(name).with_context(|| format!("no kind is called {name}"))?;
+        let asked = |model: &&&'static str| args.model.iter().any(|asked| asked == **model);
+        let model = kind.models.iter().find(asked).unwrap_or(&kind.models[0]);
+        wanted.push(Wanted { kind, model, part });
+    }
+    let models: Vec<&str> = wanted.iter().map(|device| device.model).collect();
+    if let Some(other) = args
+        .model
+        .iter()
+        .find(|model| !models.contains(&model.as_str()))
+    {
+        let known: Vec<&str> = wanted
+            .iter()
+            .flat_map(|device| device.kind.models)
+            .copied()
+            .collect();
+        let known = known.join(", ");
+        return Err(usage(format!("--model {other}: it must be one of {known}")));
+    }
+    Ok(wanted)
 }
 
 /// The motion of the hand that wears the device, and the scene that it acts in.
@@ -152,15 +234,13 @@ fn motion(args: &EmulateArgs) -> Result<(Motion, String), Failure> {
     }
 }
 
-fn plug(args: &EmulateArgs, suffix: Option<&str>) -> Plug {
-    let link = args.link.as_ref().map(|link| match suffix {
-        None => link.clone(),
-        Some(suffix) => PathBuf::from(format!("{}-{suffix}", link.display())),
-    });
-    Plug {
-        link,
-        baud: Some(args.baud),
-    }
+/// The link to the terminal of one of the devices.
+fn link(args: &EmulateArgs, device: &Wanted, wanted: &[Wanted]) -> Option<PathBuf> {
+    let link = args.link.as_ref()?;
+    Some(match wanted {
+        [_] => link.clone(),
+        _ => PathBuf::from(format!("{}-{}", link.display(), device.part)),
+    })
 }
 
 fn cannot_plug(args: &EmulateArgs) -> String {
@@ -177,43 +257,24 @@ fn cannot_plug(args: &EmulateArgs) -> String {
 }
 
 /// The part of a settings file that plugs one device in.
-fn sample_device(path: &Path, args: &EmulateArgs) -> String {
-    let port = args.link.as_deref().unwrap_or(path).display().to_string();
-    let name = if args.device == Device::Fastrak {
-        "tracker"
-    } else {
-        "glove"
-    };
-    let kind = if args.device == Device::Fastrak {
-        "fastrak"
-    } else {
-        "cyberglove"
-    };
-    format!("[[device]]\nname = \"{name}\"\nkind = \"{kind}\"\nport = {port:?}\n")
-}
-
-/// A settings file that plugs both devices in.
-fn sample_settings(
-    glove: &Path,
-    tracker: &Path,
-    side: Side,
-    scene: &str,
-    args: &EmulateArgs,
-) -> String {
-    let at = |path: &Path, suffix: &str| {
-        plug(args, Some(suffix))
-            .link
-            .unwrap_or_else(|| path.to_owned())
-    };
-    let (glove, tracker) = (at(glove, "glove"), at(tracker, "tracker"));
-    let absolute = |file: &Path| {
-        let file = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
-        file.display().to_string()
-    };
-    let calibration = args.calibration.as_ref();
+fn device_table(device: &Wanted, port: &Path, args: &EmulateArgs) -> String {
+    let kind = device.kind;
+    let is_glove = kind.role.is_glove();
+    let name = if is_glove { "glove" } else { "tracker" };
+    let calibration = args.calibration.as_ref().filter(|_| is_glove);
     let calibration = calibration.map_or_else(String::new, |file| {
         format!("calibration = {:?}\n", absolute(file))
     });
+    format!(
+        "[[device]]\nname = \"{name}\"\nkind = {:?}\nport = {:?}\n{}{calibration}",
+        kind.name,
+        port.display().to_string(),
+        (kind.settings)(device.model),
+    )
+}
+
+/// A settings file that plugs both devices in.
+fn sample_settings(tables: &[String], side: Side, scene: &str) -> String {
     let is_builtin = builtin::text(scene).is_some();
     let scene = if is_builtin {
         scene.to_owned()
@@ -223,21 +284,55 @@ fn sample_settings(
     format!(
         "# Settings for `tsukamud --config FILE` while this runs.\n\
          # `tsukamu reset` puts the objects back for another round.\n\
-         scene = {scene:?}\n\n\
-         [[device]]\nname = \"glove\"\nkind = \"cyberglove\"\nport = {:?}\n{calibration}\n\
-         [[device]]\nname = \"tracker\"\nkind = \"fastrak\"\nport = {:?}\n\n\
+         scene = {scene:?}\n\n{}\n\
          [[hand]]\nname = \"glove:{side}\"\nside = \"{side}\"\nglove = \"glove\"\ntracker = \"tracker\"",
-        glove.display().to_string(),
-        tracker.display().to_string(),
+        tables.join("\n"),
         side = side.name(),
     )
 }
 
-/// Waits for Ctrl-C.
-fn until_interrupted() -> Result<(), Failure> {
+fn absolute(file: &Path) -> String {
+    let file = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+    file.display().to_string()
+}
+
+/// Waits for Ctrl-C or SIGTERM, and pulls cables meanwhile if that is asked for.
+fn until_interrupted(
+    plugged: &mut [Box<dyn Plugged>],
+    every: Option<Duration>,
+) -> Result<(), Failure> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
         .context("starting a runtime")?;
-    Ok(runtime.block_on(tokio::signal::ctrl_c())?)
+    runtime.block_on(async {
+        let mut interrupt = signal(SignalKind::interrupt())?;
+        let mut terminate = signal(SignalKind::terminate())?;
+        tokio::select! {
+            _ = interrupt.recv() => Ok(()),
+            _ = terminate.recv() => Ok(()),
+            fault = pull_cables(plugged, every) => Err(fault.into()),
+        }
+    })
+}
+
+/// Goes on until a device cannot be plugged in again.
+async fn pull_cables(plugged: &mut [Box<dyn Plugged>], every: Option<Duration>) -> anyhow::Error {
+    let Some(every) = every else {
+        return std::future::pending().await;
+    };
+    let mut turn = 0;
+    loop {
+        tokio::time::sleep(every).await;
+        let n_devices = plugged.len();
+        let device = &mut plugged[turn % n_devices];
+        tell(&format!("{}: unplugged", device.path().display()));
+        device.unplug();
+        tokio::time::sleep(UNPLUGGED_FOR).await;
+        if let Err(fault) = device.plug() {
+            return anyhow::Error::new(fault).context("plugging the device in again");
+        }
+        tell(&format!("{}: plugged in", device.path().display()));
+        turn += 1;
+    }
 }

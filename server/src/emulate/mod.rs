@@ -1,23 +1,29 @@
 //! Emulated devices that move as a given hand does, so that the whole serial path can be tried without hardware.
 
+/// Every device that can be emulated, by the name of its kind.
+pub mod kinds;
 /// From a hand's joint angles to what a glove's sensors would read, and from its wrist to a tracker's pose.
 pub mod wearing;
 
-use std::io;
-use std::path::PathBuf;
+/// A CyberGlove.
+pub mod cyberglove;
+/// A Fastrak.
+pub mod fastrak;
 
-use nalgebra::{Isometry3, Point3};
-use tsukamu_devices::emulate::cyberglove::CyberGloveEmulator;
-use tsukamu_devices::emulate::fastrak::FastrakEmulator;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use nalgebra::Isometry3;
+use tsukamu_devices::emulate::Emulator;
 use tsukamu_devices::emulate::pty::{PtyEmulator, PtySettings};
 use tsukamu_devices::glove::calibrate::{GloveCalibration, Handedness};
-use tsukamu_devices::glove::cyberglove::settings::SensorCount;
+use tsukamu_devices::glove::sensor::GloveSensor;
 use tsukamu_motion::track::Outside;
 use tsukamu_world::hand::joint::Side;
 use tsukamu_world::hand::sample::HandSample;
 
 use crate::offline::hands::Motion;
-use wearing::{joint_angles_of, sensor_angles, transmitter_from_sensor};
+use wearing::{joint_angles_of, sensor_angles};
 
 /// Pause between two rounds of a motion, in seconds.
 const PAUSE_S: f64 = 1.0;
@@ -63,6 +69,57 @@ pub struct Plug {
     pub baud: Option<u32>,
 }
 
+/// What every emulated device is given; each takes what it has a use for.
+#[derive(Clone, Debug)]
+pub struct Worn {
+    /// The hand that wears it.
+    pub played: Played,
+    /// That wearer's calibration of a glove.
+    pub calibration: GloveCalibration,
+    /// Where a tracker stands.
+    pub place: TrackerPlace,
+    /// One of the models of the device's kind.
+    pub model: &'static str,
+    /// Where it is plugged in.
+    pub plug: Plug,
+}
+
+/// An emulated device on its terminal, whichever kind it is; it ends when this is dropped.
+pub trait Plugged: Send {
+    /// The terminal of the present, or last, plugging in.
+    fn path(&self) -> &Path;
+
+    /// Pulls the cable.
+    fn unplug(&mut self);
+
+    /// Plugs the cable in again, on a new terminal.
+    ///
+    /// # Errors
+    /// When the system has no pseudo-terminal to give, or the link cannot be made.
+    fn plug(&mut self) -> io::Result<()>;
+
+    /// From now on replaces this share of the bytes that the device says, 0 to 1.
+    fn spoil(&mut self, share: f64);
+}
+
+impl<E: Emulator + Send + 'static> Plugged for PtyEmulator<E> {
+    fn path(&self) -> &Path {
+        Self::path(self)
+    }
+
+    fn unplug(&mut self) {
+        Self::unplug(self);
+    }
+
+    fn plug(&mut self) -> io::Result<()> {
+        Self::plug(self).map(|_path| ())
+    }
+
+    fn spoil(&mut self, share: f64) {
+        Self::spoil(self, share);
+    }
+}
+
 impl Played {
     /// The sample so many nanoseconds after the start.
     pub fn sample_at(&self, since_start_ns: u64) -> Option<HandSample> {
@@ -75,62 +132,24 @@ impl Played {
         };
         self.motion.sample_at(time_s, Outside::Hold)
     }
-}
 
-/// A glove on a pseudo-terminal, worn by that hand.
-///
-/// # Errors
-/// When the system has no pseudo-terminal or thread to give, or the link cannot be made.
-pub fn spawn_glove(
-    played: Played,
-    sensors: SensorCount,
-    calibration: GloveCalibration,
-    plug: Plug,
-) -> io::Result<PtyEmulator<CyberGloveEmulator>> {
-    let side = match played.motion.side() {
-        Side::Left => Handedness::Left,
-        Side::Right => Handedness::Right,
-    };
-    let glove = CyberGloveEmulator::new(sensors, side);
-    PtyEmulator::spawn(
-        glove,
-        plug.settings(),
-        move |now_ns, glove: &mut CyberGloveEmulator| {
-            let sample = played.sample_at(now_ns);
-            if let Some(angles) =
-                sample.and_then(|sample| joint_angles_of(&sample, played.motion.side()))
-            {
-                let counts = calibration.counts(&sensor_angles(&angles), 1, 254);
-                glove.set_slots(&counts.map(|count| count as u8));
-            }
-        },
-    )
-}
+    /// What the sensors of a glove on that hand measure so many nanoseconds after the start, radians by wire slot;
+    /// `None` where a joint is not tracked.
+    pub fn sensor_angles_at(
+        &self,
+        since_start_ns: u64,
+    ) -> Option<[Option<f64>; GloveSensor::N_SLOTS]> {
+        let sample = self.sample_at(since_start_ns)?;
+        joint_angles_of(&sample, self.motion.side()).map(|angles| sensor_angles(&angles))
+    }
 
-/// A tracker on a pseudo-terminal, its receiver on the wrist of that hand.
-///
-/// # Errors
-/// When the system has no pseudo-terminal or thread to give, or the link cannot be made.
-pub fn spawn_tracker(
-    played: Played,
-    place: TrackerPlace,
-    plug: Plug,
-) -> io::Result<PtyEmulator<FastrakEmulator>> {
-    let tracker = FastrakEmulator::new();
-    PtyEmulator::spawn(
-        tracker,
-        plug.settings(),
-        move |now_ns, tracker: &mut FastrakEmulator| {
-            if let Some(sample) = played.sample_at(now_ns) {
-                let pose = transmitter_from_sensor(&sample.wrist, &place);
-                tracker.set_pose(
-                    place.station,
-                    Point3::from(pose.translation.vector),
-                    pose.rotation,
-                );
-            }
-        },
-    )
+    /// Which hand it is, in a glove's words.
+    pub fn handedness(&self) -> Handedness {
+        match self.motion.side() {
+            Side::Left => Handedness::Left,
+            Side::Right => Handedness::Right,
+        }
+    }
 }
 
 impl Plug {

@@ -16,7 +16,9 @@ use tsukamu_devices::glove::cyberglove::settings::SensorCount;
 use tsukamu_proto::v1::ReleaseReason;
 use tsukamu_proto::v1::event::Kind;
 use tsukamu_server::daemon::start;
-use tsukamu_server::emulate::{Played, Plug, spawn_glove, spawn_tracker};
+use tsukamu_server::emulate::cyberglove::spawn_cyberglove;
+use tsukamu_server::emulate::fastrak::spawn_fastrak;
+use tsukamu_server::emulate::{Played, Plug};
 use tsukamu_server::offline::hands::Motion;
 use tsukamu_server::record::reader::{self, Ending};
 use tsukamu_server::record::verify::verify;
@@ -118,14 +120,14 @@ async fn eighteen_sensors_grasp_move_and_let_go() {
         link: Some(folder.file(name)),
         baud: None,
     };
-    let _glove = spawn_glove(
+    let _glove = spawn_cyberglove(
         played.clone(),
         SensorCount::Eighteen,
         calibration(),
         plug("glove"),
     )
     .unwrap();
-    let _tracker = spawn_tracker(played, place(), plug("tracker")).unwrap();
+    let _tracker = spawn_fastrak(played, place(), plug("tracker")).unwrap();
     let daemon = start(config(&folder, "operations/free", 18)).await.unwrap();
     let mut seen = Seen::connect(&daemon).await;
     seen.event(|kind| matches!(kind, Kind::Grasped(_))).await;
