@@ -1,6 +1,10 @@
 //! What can be wrong with a device, each with a message that says what to do.
 
+use std::io::ErrorKind;
+
 use thiserror::Error;
+
+use crate::place::Place;
 
 /// The named last error of a device.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -95,6 +99,92 @@ pub enum Fault {
         /// What the manual says about it.
         meaning: &'static str,
     },
+    /// Another program has the address of the network.
+    #[error(
+        "{place}: in use by another program; end it (`ss -lunpt` names it), or give another port here and to the sender"
+    )]
+    AddressInUse {
+        /// Place as it is printed everywhere.
+        place: String,
+    },
+    /// The address of the network cannot be had for another reason.
+    #[error(
+        "{place}: cannot be opened: {detail}; is the address one of this machine's, and the port above 1023?"
+    )]
+    CannotBind {
+        /// Place as it is printed everywhere.
+        place: String,
+        /// The operating system's own words.
+        detail: String,
+    },
+    /// The host does not answer.
+    #[error("{place}: cannot be reached: {detail}; trying again")]
+    Unreachable {
+        /// Place as it is printed everywhere.
+        place: String,
+        /// The operating system's own words.
+        detail: String,
+    },
+    /// No device has connected yet.
+    #[error("{place}: no device has connected; tell it this machine's address and port")]
+    NobodyConnected {
+        /// Place as it is printed everywhere.
+        place: String,
+    },
+    /// The other side closed the connection, or it broke.
+    #[error("{place}: disconnected; waiting for it to come back")]
+    Disconnected {
+        /// Place as it is printed everywhere.
+        place: String,
+    },
+    /// Two programs send to one port.
+    #[error("{place}: {other} sends here too and is not heard while {heard} does; end one of them")]
+    SecondSender {
+        /// Place as it is printed everywhere.
+        place: String,
+        /// The sender that is heard, the newest.
+        heard: String,
+        /// The sender that is not.
+        other: String,
+    },
+    /// Nothing arrives from a program on the network.
+    #[error(
+        "{device}: nothing arrives; start its sender, and check the address and port there and the firewall here"
+    )]
+    NothingArrives {
+        /// What would send, such as `VMC`.
+        device: &'static str,
+    },
+    /// Datagrams arrive and do not decode.
+    #[error("{device}: what arrives does not decode ({detail}); first bytes: {first_bytes}")]
+    Undecodable {
+        /// What should send, such as `VMC`.
+        device: &'static str,
+        /// What is wrong with the first bad one.
+        detail: String,
+        /// Its first bytes, in hexadecimal.
+        first_bytes: String,
+    },
+    /// Datagrams arrive and decode, and have no hand.
+    #[error("{device}: what arrives has no hand in it; turn on its fingers at the sender")]
+    NoHand {
+        /// What sends, such as `VMC`.
+        device: &'static str,
+    },
+}
+
+impl Fault {
+    /// Why an address of the network could not be had.
+    pub(crate) fn from_bind(place: &Place, error: &std::io::Error) -> Self {
+        let place = place.to_string();
+        match error.kind() {
+            ErrorKind::AddrInUse => Self::AddressInUse { place },
+            _ => Self::CannotBind {
+                place,
+                detail: error.to_string(),
+            },
+        }
+    }
 }
 
 /// The first few of `bytes` in hexadecimal, for a message.

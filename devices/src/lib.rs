@@ -20,11 +20,19 @@ pub mod feedback;
 
 pub mod glove;
 
+pub mod calibration;
+
 pub mod tracker;
+
+pub mod vrpn;
 
 pub mod port;
 
 pub mod port_thread;
+
+pub mod place;
+
+pub mod network;
 
 pub mod clock;
 

@@ -1,7 +1,7 @@
 //! A serial port on a thread of its own.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 use std::thread::JoinHandle;
 
 use crate::clock::Clock;
@@ -24,7 +24,20 @@ pub struct SessionHandle(Arc<Mutex<Waiting>>);
 impl SessionHandle {
     /// See [`Session::set_feedback`]; it acts within the time in which the device next sends something, 50 ms at most.
     pub fn set_feedback(&self, feedback: Feedback) {
-        self.change(|waiting| waiting.feedback = Some(feedback));
+        self.change(|waiting| waiting.feedback = Some(feedback.after(waiting.feedback)));
+    }
+
+    /// The same for a caller that must not wait, not even for another thread's few instructions: false when it was not
+    /// told, and has to be told again.
+    #[must_use]
+    pub fn try_set_feedback(&self, feedback: Feedback) -> bool {
+        let mut waiting = match self.0.try_lock() {
+            Ok(waiting) => waiting,
+            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
+            Err(TryLockError::WouldBlock) => return false,
+        };
+        waiting.feedback = Some(feedback.after(waiting.feedback));
+        true
     }
 
     /// See [`Session::set_calibration`].
@@ -71,23 +84,34 @@ impl PortThread {
     where
         F: FnMut(PortEvent<'_>) + Send + 'static,
     {
+        Self::start("serial port", move |outside, stop| {
+            let (mut session, mut deliver) = (session, deliver);
+            run_port(
+                &settings,
+                session.as_mut(),
+                outside,
+                stop,
+                clock,
+                &mut deliver,
+            );
+        })
+    }
+
+    /// Starts a thread that serves a session until it is told to stop.
+    ///
+    /// # Errors
+    /// When the system refuses a thread.
+    pub(crate) fn start<R>(name: &str, run: R) -> std::io::Result<Self>
+    where
+        R: FnOnce(&SessionHandle, &AtomicBool) + Send + 'static,
+    {
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
         let handle = SessionHandle::default();
         let outside = handle.clone();
         let thread = std::thread::Builder::new()
-            .name("serial port".to_owned())
-            .spawn(move || {
-                let (mut session, mut deliver) = (session, deliver);
-                run_port(
-                    &settings,
-                    session.as_mut(),
-                    &outside,
-                    &stopped,
-                    clock,
-                    &mut deliver,
-                );
-            })?;
+            .name(name.to_owned())
+            .spawn(move || run(&outside, &stopped))?;
         Ok(Self {
             stop,
             session: handle,

@@ -5,7 +5,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tracing::info;
 use tsukamu_devices::clock::Clock as PortClock;
-use tsukamu_devices::port::{Direction, PortEvent, PortSettings};
+use tsukamu_devices::network::{self, LinkSettings};
+use tsukamu_devices::port::{Direction, PortEvent};
 use tsukamu_devices::port_thread::PortThread;
 use tsukamu_devices::session::{DeviceEvent, SessionState, SessionStats, StateChange};
 use tsukamu_devices::timing::Stamped;
@@ -106,7 +107,7 @@ impl SerialPorts {
             context.sources.add(
                 &device.name,
                 device.driver.name(),
-                device.port.clone(),
+                device.port.to_string(),
                 "absent",
             )
         };
@@ -178,8 +179,8 @@ fn spawn(
     hands: Vec<HandOfPort>,
     context: &PortContext,
 ) -> io::Result<PortThread> {
-    let settings = PortSettings {
-        path: device.port.clone(),
+    let settings = LinkSettings {
+        place: device.port.clone(),
         bauds: device.bauds.clone(),
         raw: true,
     };
@@ -198,7 +199,7 @@ fn spawn(
         PortEvent::Raw { .. } => {}
     };
     let session = device.driver.session((*device.calibration).clone());
-    PortThread::spawn(settings, session, port_clock, deliver)
+    network::spawn(settings, session, port_clock, deliver)
 }
 
 /// Hands a reading to the hands that it belongs to.

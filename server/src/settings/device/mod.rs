@@ -8,6 +8,7 @@ use std::path::Path;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use tsukamu_devices::driver::Driver;
 use tsukamu_devices::glove::calibrate::GloveCalibration;
+use tsukamu_devices::place::{NoPlace, Place};
 
 use super::calibration;
 use crate::document::bounds::Bounds;
@@ -19,8 +20,8 @@ use crate::document::mistake::Sheet;
 pub struct DeviceSettings {
     /// Its name, unique.
     pub name: String,
-    /// Path of its port.
-    pub port: String,
+    /// Where it is.
+    pub port: Place,
     /// Line rates in bit/s, tried in turn; never empty.
     pub bauds: Vec<u32>,
     /// What it is, and what it is asked for.
@@ -64,7 +65,7 @@ pub(super) fn read_all(
             keys.fault(
                 sheet,
                 "port",
-                format!("is {:?}, which another device is on", device.port),
+                format!("is \"{}\", which another device is on", device.port),
             );
         }
         devices.push(device);
@@ -76,9 +77,13 @@ fn read(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>, folder: &Path) -> Option<Dev
     let kinds = KINDS.map(|(name, _)| name);
     keys.require(sheet, "name", "a text, unique among devices");
     keys.require(sheet, "kind", &kinds.join(", "));
-    keys.require(sheet, "port", "the port's path");
+    keys.require(
+        sheet,
+        "port",
+        "the port's path, or udp:PORT, tcp:HOST:PORT or tcp-listen:PORT",
+    );
     let name = keys.text(sheet, "name");
-    let port = keys.text(sheet, "port");
+    let port = place(keys, sheet);
     let bauds = keys.wholes(sheet, "bauds", BAUD, BAUDS_MAX);
     let kind = keys.choice(sheet, "kind", &kinds)?;
     let (_, reader) = KINDS.iter().find(|(name, _)| *name == kind)?;
@@ -101,6 +106,14 @@ fn read(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>, folder: &Path) -> Option<Dev
         calibration: Box::new(calibration),
         world_from_transmitter,
     })
+}
+
+/// Where the device is.
+fn place(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>) -> Option<Place> {
+    let place = keys.text(sheet, "port")?.parse();
+    place
+        .map_err(|fault: NoPlace| keys.fault(sheet, "port", fault.to_string()))
+        .ok()
 }
 
 /// The wearer's calibration: that of the file, or the default where none is named.
