@@ -1,6 +1,6 @@
 //! The map from raw sensor counts to joint angles for one wearer, and the tracker's place on the hand.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -138,6 +138,9 @@ pub struct GloveCalibration {
     /// Which hand it is for; `None` to believe the glove.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hand: Option<Handedness>,
+    /// Sensors that the glove reports and does not have, or that are broken: their readings are left out.
+    #[serde(skip_serializing_if = "BTreeSet::is_empty")]
+    pub absent: BTreeSet<GloveSensor>,
     /// The tracker's sensor relative to the wrist.
     pub mount: MountOffset,
     /// The sensors; one that is missing has its [`SensorCalibration::default_of`].
@@ -229,7 +232,7 @@ impl GloveCalibration {
             .unwrap_or_else(|| SensorCalibration::default_of(sensor))
     }
 
-    /// Angles for raw counts by slot; a slot without a name, or without counts, stays `None`.
+    /// Angles for raw counts by slot; a slot without a name or without counts, or of an absent sensor, stays `None`.
     #[must_use]
     pub fn angles(
         &self,
@@ -237,6 +240,9 @@ impl GloveCalibration {
     ) -> [Option<SensorReading>; GloveSensor::N_SLOTS] {
         let mut readings = [None; GloveSensor::N_SLOTS];
         for sensor in GloveSensor::ALL {
+            if self.absent.contains(&sensor) {
+                continue;
+            }
             readings[sensor.slot()] = raw[sensor.slot()].map(|counts| {
                 let calibration = self.sensor(sensor);
                 let coupled_deg = calibration

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use tsukamu_devices::calibration::fit::FitFault;
 use tsukamu_devices::glove::calibrate::{
     CalibrationProblem, Coupling, GloveCalibration, Handedness, MountOffset, SensorCalibration,
 };
@@ -135,12 +136,21 @@ fn the_quick_routine_maps_extremes_to_joint_ranges() {
         range.add(&reading);
     }
     assert_eq!(range.extremes(GloveSensor::IndexMcp), Some((50.0, 150.0)));
-    let fitted = range.calibration(&base);
+    let fitted = range.fit(&base).unwrap().calibration;
     let index = fitted.sensor(GloveSensor::IndexMcp);
     assert!((index.raw_at_zero - 50.0).abs() < 1e-9);
     assert!((index.gain_deg_per_count - 0.9).abs() < 1e-9);
     // One that never moved is not fitted.
     assert!(!fitted.sensors.contains_key(&GloveSensor::RingDip));
+    assert!(fitted.absent.contains(&GloveSensor::RingDip));
+    assert_eq!(
+        fitted.angles(&counts(&[(GloveSensor::RingDip, 99)])),
+        [None; 24]
+    );
+    assert_eq!(
+        QuickRange::default().fit(&base),
+        Err(FitFault::NothingMoved)
+    );
 }
 
 #[test]
