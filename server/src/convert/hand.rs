@@ -4,17 +4,15 @@ use nalgebra::{Point3, UnitQuaternion};
 use tsukamu_proto::v1;
 use tsukamu_world::hand::joint::{LINKS_PER_FINGER, N_FINGERS, N_JOINTS};
 use tsukamu_world::hand::part::PartLayout;
-use tsukamu_world::hand::sample::{FingerAngles, FingerPose, HandSample, JointAngles, ThumbAngles};
+use tsukamu_world::hand::sample::{FingerPose, HandSample, JointAngles};
 use tsukamu_world::hand::skeleton::{FingerBones, HandModel, Skeleton};
 use tsukamu_world::step::HandTouch;
 
 use super::basic::{plus_one, point, pose, pose_from, rotation_from, side, side_from, vec3};
 use super::fault::Fault;
-use crate::input::filter::{DERIVATIVE_CUTOFF_HZ, OneEuro};
 use crate::input::intake::DriveNow;
-
-/// Joint angles of a hand: 4 of the thumb, 4 of each other finger, and the palm's arch.
-const N_ANGLES: usize = 21;
+use crate::input::one_euro::{DERIVATIVE_CUTOFF_HZ, OneEuro};
+use crate::input::sources::Seen;
 
 /// A hand model as a message.
 pub fn hand_model(model: &HandModel) -> v1::HandModel {
@@ -100,7 +98,7 @@ pub fn hand_sample(sample: &HandSample, source_ns: u64) -> v1::HandSample {
         ..v1::HandSample::default()
     };
     match &sample.fingers {
-        FingerPose::Angles(angles) => message.angles = angle_list(angles).to_vec(),
+        FingerPose::Angles(angles) => message.angles = angles.to_list().to_vec(),
         FingerPose::Points(points) => {
             message.joints = points
                 .iter()
@@ -109,6 +107,30 @@ pub fn hand_sample(sample: &HandSample, source_ns: u64) -> v1::HandSample {
         }
     }
     message
+}
+
+/// What a source has seen as a message: of a device its half alone, and no more than the stamp where the hand is lost.
+pub fn hand_seen(seen: &Seen, source_ns: u64) -> v1::HandSample {
+    let half = v1::HandSample {
+        source_ns,
+        valid: true,
+        ..v1::HandSample::default()
+    };
+    match seen {
+        Seen::Whole(Some(sample)) => hand_sample(sample, source_ns),
+        Seen::Wrist(Some(wrist)) => v1::HandSample {
+            wrist: Some(pose(wrist)),
+            ..half
+        },
+        Seen::Fingers(Some(angles)) => v1::HandSample {
+            angles: angles.to_list().to_vec(),
+            ..half
+        },
+        Seen::Whole(None) | Seen::Wrist(None) | Seen::Fingers(None) => v1::HandSample {
+            valid: false,
+            ..half
+        },
+    }
 }
 
 /// The sample of that message; `None` when it says that the hand is lost.
@@ -152,51 +174,13 @@ fn points_from(numbers: &[f64]) -> Result<[Option<Point3<f64>>; N_JOINTS], Fault
     }))
 }
 
-fn angle_list(angles: &JointAngles) -> [f64; N_ANGLES] {
-    let mut list = [0.0; N_ANGLES];
-    let thumb = &angles.thumb;
-    list[..4].copy_from_slice(&[
-        thumb.opposition,
-        thumb.abduction,
-        thumb.mcp_flexion,
-        thumb.ip_flexion,
-    ]);
-    for (four, finger) in list[4..20].chunks_exact_mut(4).zip(&angles.fingers) {
-        four.copy_from_slice(&[
-            finger.mcp_flexion,
-            finger.pip_flexion,
-            finger.dip_flexion,
-            finger.abduction,
-        ]);
-    }
-    list[20] = angles.palm_arch;
-    list
-}
-
 fn angles_from(numbers: &[f64]) -> Result<JointAngles, Fault> {
-    if numbers.len() != N_ANGLES {
-        return Err(Fault::Length {
-            field: "angles",
-            found: numbers.len(),
-            expected: "21",
-        });
-    }
-    let finger = |f: usize| FingerAngles {
-        mcp_flexion: numbers[4 + 4 * f],
-        pip_flexion: numbers[5 + 4 * f],
-        dip_flexion: numbers[6 + 4 * f],
-        abduction: numbers[7 + 4 * f],
-    };
-    Ok(JointAngles {
-        thumb: ThumbAngles {
-            opposition: numbers[0],
-            abduction: numbers[1],
-            mcp_flexion: numbers[2],
-            ip_flexion: numbers[3],
-        },
-        fingers: std::array::from_fn(finger),
-        palm_arch: numbers[20],
-    })
+    let list = numbers.try_into().map_err(|_not_so_long| Fault::Length {
+        field: "angles",
+        found: numbers.len(),
+        expected: "21",
+    })?;
+    Ok(JointAngles::from_list(list))
 }
 
 /// A client's filter settings, checked; `None` is off.

@@ -6,6 +6,8 @@
 
 /// Vectors, rotations, poses, small enumerations.
 pub mod basic;
+/// What is told about a device.
+pub mod device;
 /// Changes of state.
 pub mod event;
 /// Why a message is refused, and which gRPC status says so.

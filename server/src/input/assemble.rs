@@ -1,15 +1,15 @@
-//! From a glove's and a tracker's readings to hand samples. Pure: readings in, samples out.
+//! From a glove's and a tracker's readings to joint angles and wrist poses. Pure.
 
 use nalgebra::Isometry3;
+use tsukamu_devices::glove::calibrate::Handedness;
 use tsukamu_devices::glove::sensor::GloveSensor;
 use tsukamu_devices::reading::{GloveReading, TrackerReading};
 use tsukamu_devices::timing::Stamped;
-use tsukamu_world::hand::sample::{FingerAngles, FingerPose, HandSample, JointAngles, ThumbAngles};
+use tsukamu_world::hand::joint::Side;
+use tsukamu_world::hand::sample::{FingerAngles, JointAngles, ThumbAngles};
 
-use super::sources::{Arrived, News};
+use super::sources::{Arrived, Seen};
 
-/// How old one half may be when the other arrives, in nanoseconds: beyond it there is no hand.
-const HALF_AGE_MAX_NS: u64 = 250_000_000;
 /// Flexion of a DIP that has no sensor, as a share of the PIP's: the tendons couple them.
 const DIP_PER_PIP: f64 = 2.0 / 3.0;
 
@@ -22,63 +22,51 @@ pub struct Mount {
     pub wrist_from_sensor: Isometry3<f64>,
 }
 
-/// The newest glove reading and the newest tracker reading of one hand.
+/// What the readings of devices say about one hand.
 #[derive(Clone, Debug)]
 pub struct Assembly {
+    side: Side,
     mount: Mount,
-    glove: Option<(u64, Option<JointAngles>)>,
-    tracker: Option<(u64, Option<Isometry3<f64>>)>,
 }
 
 impl Assembly {
-    /// A hand of which nothing was seen yet.
-    pub const fn new(mount: Mount) -> Self {
-        Self {
-            mount,
-            glove: None,
-            tracker: None,
-        }
+    /// A hand of that side, with its tracker there.
+    pub const fn new(side: Side, mount: Mount) -> Self {
+        Self { side, mount }
     }
 
-    /// The sample that a glove's reading makes with the tracker's newest.
-    pub fn push_glove(&mut self, stamped: Stamped, reading: &GloveReading) -> Option<Arrived> {
-        self.glove = Some((stamped.arrival_ns, joint_angles(reading)));
-        self.sample(stamped, News::Fingers)
+    /// The tracker is somewhere else from now on.
+    pub const fn set_mount(&mut self, mount: Mount) {
+        self.mount = mount;
     }
 
-    /// The sample that a tracker's reading makes with the glove's newest.
-    pub fn push_tracker(&mut self, stamped: Stamped, reading: &TrackerReading) -> Option<Arrived> {
-        let sensor = reading.world_from_sensor();
-        let wrist = sensor.map(|pose| {
-            self.mount.world_from_transmitter * pose * self.mount.wrist_from_sensor.inverse()
+    /// What a glove's reading says; `None` when it is of the other hand.
+    pub fn of_glove(&self, stamped: Stamped, reading: &GloveReading) -> Option<Arrived> {
+        let is_ours = reading.hand.is_none_or(|hand| match hand {
+            Handedness::Left => self.side == Side::Left,
+            Handedness::Right => self.side == Side::Right,
         });
-        self.tracker = Some((stamped.arrival_ns, wrist));
-        self.sample(stamped, News::Wrist)
+        is_ours.then(|| arrived(stamped, Seen::Fingers(joint_angles(reading))))
     }
 
-    /// `None` while one half is missing or old; a sample without a hand where one half says that it sees none.
-    fn sample(&self, now: Stamped, news: News) -> Option<Arrived> {
-        let ((glove_ns, angles), (tracker_ns, wrist)) =
-            (self.glove.as_ref()?, self.tracker.as_ref()?);
-        let is_old = |stamp: u64| now.arrival_ns.saturating_sub(stamp) > HALF_AGE_MAX_NS;
-        if is_old(*glove_ns) || is_old(*tracker_ns) {
-            return None;
-        }
-        let sample = angles
-            .as_ref()
-            .zip(wrist.as_ref())
-            .map(|(angles, wrist)| HandSample {
-                wrist: *wrist,
-                fingers: FingerPose::Angles(*angles),
-            });
-        Some(Arrived {
-            source_ns: 0,
-            arrival_ns: now.arrival_ns,
-            fitted_ns: now.fitted_ns,
-            ticks: now.ticks,
-            sample,
-            news,
-        })
+    /// What a tracker's reading says.
+    pub fn of_tracker(&self, stamped: Stamped, reading: &TrackerReading) -> Arrived {
+        let wrist = reading.world_from_sensor().map(|world_from_sensor| {
+            self.mount.world_from_transmitter
+                * world_from_sensor
+                * self.mount.wrist_from_sensor.inverse()
+        });
+        arrived(stamped, Seen::Wrist(wrist))
+    }
+}
+
+fn arrived(stamped: Stamped, seen: Seen) -> Arrived {
+    Arrived {
+        source_ns: 0,
+        arrival_ns: stamped.arrival_ns,
+        fitted_ns: stamped.fitted_ns,
+        ticks: stamped.ticks,
+        seen,
     }
 }
 
@@ -245,44 +233,43 @@ mod tests {
         );
     }
 
-    #[test]
-    fn both_halves_make_a_sample_in_the_world() {
-        let mut hand = Assembly::new(mount());
-        assert!(
-            hand.push_glove(at(0), &glove(0, &[])).is_none(),
-            "no tracker yet"
-        );
-        let arrived = hand
-            .push_tracker(at(MS), &tracker(MS, true))
-            .expect("both are there");
-        assert_eq!(arrived.arrival_ns, MS);
-        let wrist = arrived.sample.expect("both are valid").wrist;
-        // Transmitter (0.1, 0.2, 0.3) is world axes (0.2, -0.3, -0.1); turned a quarter about y and shifted it is
-        // (1 - 0.1, -0.3, -0.2); the wrist is 2 cm below the sensor.
-        let expected = Vector3::new(0.9, -0.32, -0.2);
-        assert!(
-            (wrist.translation.vector - expected).norm() < 1e-12,
-            "{}",
-            wrist.translation.vector
-        );
+    fn wrist(arrived: &Arrived) -> Option<Isometry3<f64>> {
+        match &arrived.seen {
+            Seen::Wrist(wrist) => *wrist,
+            other => panic!("a tracker speaks of a wrist: {other:?}"),
+        }
     }
 
     #[test]
-    fn a_half_that_is_blind_or_silent_leaves_no_hand() {
-        let mut hand = Assembly::new(mount());
-        hand.push_glove(at(0), &glove(0, &[]));
-        let blind = hand
-            .push_tracker(at(MS), &tracker(MS, false))
-            .expect("it says something");
-        assert_eq!(blind.sample, None, "the tracker sees nothing");
-        assert!(
-            hand.push_tracker(at(251 * MS), &tracker(251 * MS, true))
-                .is_none(),
-            "the glove is silent"
-        );
-        assert!(
-            hand.push_glove(at(252 * MS), &glove(252 * MS, &[]))
-                .is_some_and(|arrived| arrived.sample.is_some())
-        );
+    fn a_tracker_s_reading_is_a_wrist_in_the_world() {
+        let hand = Assembly::new(Side::Right, mount());
+        let arrived = hand.of_tracker(at(MS), &tracker(MS, true));
+        assert_eq!(arrived.arrival_ns, MS);
+        let found = wrist(&arrived).expect("it is valid").translation.vector;
+        // Transmitter (0.1, 0.2, 0.3) is world axes (0.2, -0.3, -0.1); turned a quarter about y and shifted it is
+        // (1 - 0.1, -0.3, -0.2); the wrist is 2 cm below the sensor.
+        let expected = Vector3::new(0.9, -0.32, -0.2);
+        assert!((found - expected).norm() < 1e-12, "{found}");
+        let blind = hand.of_tracker(at(MS), &tracker(MS, false));
+        assert_eq!(wrist(&blind), None, "the tracker sees nothing");
+    }
+
+    #[test]
+    fn a_reading_of_the_other_hand_is_left_out() {
+        let hand = Assembly::new(Side::Right, mount());
+        for (of, is_ours) in [
+            (None, true),
+            (Some(Handedness::Right), true),
+            (Some(Handedness::Left), false),
+        ] {
+            let reading = GloveReading {
+                hand: of,
+                ..glove(0, &[])
+            };
+            let arrived = hand.of_glove(at(0), &reading);
+            assert_eq!(arrived.is_some(), is_ours, "{of:?}");
+            let angles = Seen::Fingers(Some(JointAngles::default()));
+            assert!(arrived.is_none_or(|arrived| arrived.seen == angles));
+        }
     }
 }

@@ -10,9 +10,10 @@ use tsukamu_world::input::HandInput;
 use tsukamu_world::state::HandId;
 use tsukamu_world::step::HandTouch;
 
-use super::between::{Between, Joined};
 use super::filter::HandFilter;
-use super::sources::{Arrived, News, Source};
+use super::fusion::{Between, Fusion};
+use super::sources::{Arrived, Seen, Source};
+use super::stream::Times;
 use crate::offline::hands::Motion;
 
 /// A source that drives a hand: one closed set.
@@ -26,10 +27,7 @@ pub enum Feed {
         outside: Outside,
     },
     /// A glove and a tracker.
-    Device {
-        /// Between samples.
-        between: Between,
-    },
+    Device(Box<Fusion>),
     /// A client.
     Remote {
         /// Where the answers go; newest wins. Nobody listens: the client is gone.
@@ -67,10 +65,8 @@ pub struct Driver {
     pub source: Arc<Source>,
     /// Where its samples come from.
     pub feed: Feed,
-    /// Its filter; `None` is off.
+    /// Filter of whole samples; `None` is off.
     pub filter: Option<HandFilter>,
-    /// Between samples.
-    interpolator: Joined,
     /// The newest sample that was applied.
     applied: Option<Applied>,
 }
@@ -113,7 +109,6 @@ impl Driver {
             source,
             feed,
             filter,
-            interpolator: Joined::default(),
             applied: None,
         }
     }
@@ -138,17 +133,35 @@ impl Driver {
     /// Forgets everything of the epoch before.
     pub fn begin_epoch(&mut self) {
         self.applied = None;
-        self.interpolator = Joined::default();
+        if let Feed::Device(fusion) = &mut self.feed {
+            fusion.forget();
+        }
     }
 
     /// What the hand has in this step. Samples that arrived since the last one are moved to `arrived`.
     pub fn input(&mut self, time: StepTime, arrived: &mut Vec<Arrived>) -> HandInput {
-        let sample = match &self.feed {
+        let first = arrived.len();
+        let sample = match &mut self.feed {
             Feed::Track { track, outside } => {
-                self.sample_of_track(&Arc::clone(track), *outside, time)
+                let (track, outside) = (Arc::clone(track), *outside);
+                self.sample_of_track(&track, outside, time)
             }
-            Feed::Device { between } => self.sample_of_lane(*between, time, arrived),
-            Feed::Remote { .. } => self.sample_of_lane(Between::Hold, time, arrived),
+            Feed::Device(fusion) => {
+                self.source.drain(arrived);
+                let sample = joined(fusion, &self.source, time, &arrived[first..]);
+                if let Some(arrival_ns) = fusion.arrival_ns().filter(|_| sample.is_some()) {
+                    self.applied = Some(Applied {
+                        source_ns: 0,
+                        arrival_ns,
+                        tick: time.tick,
+                    });
+                }
+                sample
+            }
+            Feed::Remote { .. } => {
+                self.source.drain(arrived);
+                self.newest(time, &arrived[first..])
+            }
         };
         HandInput {
             hand: self.hand,
@@ -171,57 +184,76 @@ impl Driver {
             tick: time.tick,
         });
         // The world's own time, so that a run is the same however fast it goes.
-        Some(self.filtered(sample, source_ns, News::Whole))
+        Some(self.filtered(sample, source_ns))
     }
 
-    fn sample_of_lane(
-        &mut self,
-        between: Between,
-        time: StepTime,
-        arrived: &mut Vec<Arrived>,
-    ) -> Option<HandSample> {
-        let first = arrived.len();
-        self.source.drain(arrived);
+    /// The newest whole sample of a step; the others are counted.
+    fn newest(&mut self, time: StepTime, arrived: &[Arrived]) -> Option<HandSample> {
         let mut newest = None;
-        for item in &arrived[first..] {
-            newest = item
-                .sample
+        for item in arrived {
+            // A client speaks of whole hands alone.
+            let Seen::Whole(sample) = &item.seen else {
+                continue;
+            };
+            newest = sample
                 .as_ref()
-                .map(|sample| self.filtered(sample.clone(), item.arrival_ns, item.news));
-            if between == Between::Interpolate {
-                self.interpolator
-                    .push(item.arrival_ns, newest.as_ref(), item.news);
-            }
+                .map(|sample| self.filtered(sample.clone(), item.arrival_ns));
         }
-        if let Some(last) = arrived[first..].last() {
-            // An interpolated hand goes by way of all of them.
-            if between == Between::Hold {
-                let n_older = arrived.len() - first - 1;
-                self.source.note_superseded(n_older as u64);
-            }
-            if last.sample.is_some() {
-                self.applied = Some(Applied {
-                    source_ns: last.source_ns,
-                    arrival_ns: last.arrival_ns,
-                    tick: time.tick,
-                });
-            }
-            let lag_s = self.filter.as_ref().map_or(0.0, HandFilter::lag_s);
-            let lag_s = lag_s + self.interpolator.lag_ns() as f64 * 1.0e-9;
-            self.source.update(|health| health.lag_s = lag_s);
+        let last = arrived.last()?;
+        self.source.note_superseded(arrived.len() as u64 - 1);
+        if newest.is_some() {
+            self.applied = Some(Applied {
+                source_ns: last.source_ns,
+                arrival_ns: last.arrival_ns,
+                tick: time.tick,
+            });
         }
-        match between {
-            Between::Hold => newest,
-            Between::Interpolate => self.interpolator.at(time.now_ns),
-        }
+        let lag_s = self.filter.as_ref().map_or(0.0, HandFilter::lag_s);
+        self.source.update(|health| health.lag_s = lag_s);
+        newest
     }
 
-    fn filtered(&mut self, sample: HandSample, at_ns: u64, news: News) -> HandSample {
+    fn filtered(&mut self, sample: HandSample, at_ns: u64) -> HandSample {
         match &mut self.filter {
-            Some(filter) => filter.filtered(&sample, at_ns, news),
+            Some(filter) => filter.filtered(&sample, at_ns),
             None => sample,
         }
     }
+}
+
+/// The hand of two streams in a step.
+fn joined(
+    fusion: &mut Fusion,
+    source: &Source,
+    time: StepTime,
+    arrived: &[Arrived],
+) -> Option<HandSample> {
+    let (mut n_wrist, mut n_fingers) = (0_u64, 0_u64);
+    for item in arrived {
+        let times = Times {
+            arrival_ns: item.arrival_ns,
+            fitted_ns: item.fitted_ns,
+        };
+        fusion.push(times, &item.seen);
+        match &item.seen {
+            Seen::Wrist(_) => n_wrist += 1,
+            Seen::Fingers(_) => n_fingers += 1,
+            Seen::Whole(_) => {}
+        }
+    }
+    // An interpolated hand goes by way of all of them.
+    if fusion.between() == Between::Hold {
+        source.note_superseded(n_wrist.saturating_sub(1) + n_fingers.saturating_sub(1));
+    }
+    let sample = fusion.at(time.now_ns);
+    if !arrived.is_empty() {
+        let streams = fusion.reports(time.now_ns);
+        source.update(|health| {
+            health.lag_s = streams[0].lag_s.max(streams[1].lag_s).max(0.0);
+            health.streams = Some(streams);
+        });
+    }
+    sample
 }
 
 #[cfg(test)]
@@ -266,8 +298,7 @@ mod tests {
                 arrival_ns: u64::from(k),
                 fitted_ns: u64::from(k),
                 ticks: None,
-                sample: Some(sample(k.into())),
-                news: News::Whole,
+                seen: Seen::Whole(Some(sample(k.into()))),
             });
         }
         let mut arrived = Vec::new();

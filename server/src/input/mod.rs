@@ -1,24 +1,34 @@
 //! Where hands come from. Every source ends in the same [`HandSample`](tsukamu_world::hand::sample::HandSample).
 //!
 //! ```text
-//! glove + tracker --assemble--> lane --.
-//! client (Hands.Drive)  ------> lane --+--> intake: newest wins, filter, interpolate --> StepInput
-//! file or computed motion ------------'     (a track is sampled at the world's own time)
+//! glove, tracker --assemble--> lane --> fusion: filter, predict, join by time --.
+//! client (Hands.Drive) ------> lane --> newest wins, filter --------------------+--> intake --> StepInput
+//! file or computed motion ------------> sampled at the world's own time --------'
 //! ```
 
-/// From a glove's and a tracker's readings to hand samples.
+/// From a glove's and a tracker's readings to joint angles and wrist poses.
 pub mod assemble;
-/// Between samples: held or interpolated.
-pub mod between;
-/// The One-Euro filter.
+/// The filter of a whole hand.
 pub mod filter;
+/// A glove's and a tracker's streams, joined by time into one hand.
+pub mod fusion;
 /// All sources of the world, and what they give to each step.
 pub mod intake;
 /// Rate, longest gap and age of a stream of samples.
 pub mod meter;
+/// Quantities that move.
+pub mod moving;
+/// The One-Euro filter.
+pub mod one_euro;
+/// Where a stream will be a little later.
+pub mod predict;
 /// A client's stream that drives a hand.
 pub mod remote;
+/// The measured error of a stream's prediction.
+pub mod score;
 /// Gloves and trackers on serial ports.
 pub mod serial;
 /// One source as seen from outside: its lane to the tick and its statistics.
 pub mod sources;
+/// One of the two streams that make a hand.
+pub mod stream;

@@ -18,7 +18,7 @@ use crate::status::StatusBoard;
 use crate::ticker::request::{NewDriver, NewHand, Refusal, Request, TickerHandle};
 
 use super::intake::DriveNow;
-use super::sources::{Arrived, News, Source, Sources};
+use super::sources::{Arrived, Seen, Source, Sources};
 
 /// What a stream needs of the daemon; cheap to clone.
 #[derive(Clone, Debug)]
@@ -218,8 +218,7 @@ async fn read(
                 arrival_ns,
                 fitted_ns: arrival_ns,
                 ticks: None,
-                sample,
-                news: News::Whole,
+                seen: Seen::Whole(sample),
             }),
             // Numbers that are none come from a device that lost its way for a moment; the client goes on.
             Err(Fault::NotFinite(_)) => source.note_dropped(arrival_ns),

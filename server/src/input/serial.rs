@@ -19,7 +19,6 @@ use crate::settings::hand::HandSettings;
 use crate::ticker::request::{NewDriver, NewHand, Refusal, Request, TickerHandle};
 
 use super::assemble::{Assembly, Mount};
-use super::filter::{DERIVATIVE_CUTOFF_HZ, OneEuro};
 use super::sources::{Arrived, Source, Sources};
 
 /// Where the ports' threads find the recording that wants their bytes; cheap to clone.
@@ -121,7 +120,10 @@ impl SerialPorts {
                 source,
             };
             of_port[hand.glove].push(part.clone());
-            of_port[hand.tracker].push(part);
+            // One device may be both.
+            if hand.tracker != hand.glove {
+                of_port[hand.tracker].push(part);
+            }
         }
         let threads = devices
             .iter()
@@ -152,16 +154,11 @@ fn join(
         wrist_from_sensor: glove.calibration.mount.wrist_from_sensor(),
         world_from_transmitter: tracker.world_from_transmitter,
     };
-    let filter = hand.filter.map(|filter| OneEuro {
-        min_cutoff_hz: filter.min_cutoff_hz,
-        beta: filter.beta,
-        derivative_cutoff_hz: DERIVATIVE_CUTOFF_HZ,
-    });
-    let driver = NewDriver::Device(hand.between);
+    let driver = NewDriver::Device(hand.fusion);
     let new = NewHand {
         model: hand.model.clone(),
         source: Arc::clone(&source),
-        filter,
+        filter: None,
         driver,
     };
     // The answer is the hand's id, which the source is told by the tick thread.
@@ -170,7 +167,8 @@ fn join(
         hand: Box::new(new),
         reply,
     })?;
-    Ok((source, Arc::new(Mutex::new(Assembly::new(mount)))))
+    let assembly = Assembly::new(hand.model.side, mount);
+    Ok((source, Arc::new(Mutex::new(assembly))))
 }
 
 fn spawn(
@@ -212,7 +210,7 @@ fn take(row: &Source, hands: &[HandOfPort], event: DeviceEvent) {
                 ..Stamped::on_arrival(reading.stamp_ns)
             };
             for hand in hands {
-                hand.offer(lock(&hand.assembly).push_glove(stamped, &reading));
+                hand.offer(lock(&hand.assembly).of_glove(stamped, &reading));
             }
         }
         DeviceEvent::Tracker(reading) => {
@@ -222,7 +220,7 @@ fn take(row: &Source, hands: &[HandOfPort], event: DeviceEvent) {
                 ..Stamped::on_arrival(reading.stamp_ns)
             };
             for hand in hands.iter().filter(|hand| hand.station == reading.station) {
-                hand.offer(lock(&hand.assembly).push_tracker(stamped, &reading));
+                hand.offer(Some(lock(&hand.assembly).of_tracker(stamped, &reading)));
             }
         }
         DeviceEvent::State(change) => note_state(row, change),

@@ -4,26 +4,52 @@ use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use nalgebra::Isometry3;
 use tokio::sync::watch;
 use tsukamu_proto::v1;
-use tsukamu_world::hand::sample::HandSample;
+use tsukamu_world::hand::sample::{FingerPose, HandSample, JointAngles};
 use tsukamu_world::state::HandId;
 
+use crate::convert::device::hand_stream;
+
+use super::fusion::StreamReport;
 use super::meter::Meter;
 
 /// Samples that wait for a step, at most: the newest wins, the others are kept for the recording only. A glove and a
 /// tracker together send some 250 per second, and a scene may step as slowly as once in one.
 const LANE_CAPACITY: usize = 1024;
 
-/// Which half of a sample is new: a glove and a tracker speak at rates and times of their own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum News {
-    /// Both.
-    Whole,
-    /// The wrist; the fingers are the newest that were known.
-    Wrist,
-    /// The fingers; the wrist is the newest that was known.
-    Fingers,
+/// What a source has seen; `None` says that it has lost the hand. A glove and a tracker speak of one half each, at rates
+/// and times of their own.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a box would allocate for every sample, and they are few"
+)]
+pub enum Seen {
+    /// A whole hand.
+    Whole(Option<HandSample>),
+    /// A tracker: `world_from_wrist`.
+    Wrist(Option<Isometry3<f64>>),
+    /// A glove: the joint angles.
+    Fingers(Option<JointAngles>),
+}
+
+impl Seen {
+    /// Whether nothing of it is a number that is none, or beyond the world's reach.
+    fn is_valid(&self) -> bool {
+        let is_valid = |wrist: &Isometry3<f64>, angles: &JointAngles| {
+            let (wrist, fingers) = (*wrist, FingerPose::Angles(*angles));
+            HandSample { wrist, fingers }.is_valid()
+        };
+        match self {
+            Self::Whole(sample) => sample.as_ref().is_none_or(HandSample::is_valid),
+            Self::Wrist(wrist) => wrist
+                .as_ref()
+                .is_none_or(|wrist| is_valid(wrist, &JointAngles::default())),
+            Self::Fingers(angles) => angles.as_ref().is_none_or(JointAngles::is_finite),
+        }
+    }
 }
 
 /// A sample on its way to the tick.
@@ -38,10 +64,8 @@ pub struct Arrived {
     pub fitted_ns: u64,
     /// The device's own counter with what is new; `None` where it has none.
     pub ticks: Option<u64>,
-    /// The sample; `None` says that the source has lost the hand.
-    pub sample: Option<HandSample>,
-    /// What of it is new.
-    pub news: News,
+    /// What was seen.
+    pub seen: Seen,
 }
 
 /// What a source is, where it is, and how it does. Shared by whoever fills it, the tick, and those who ask.
@@ -84,8 +108,10 @@ pub struct Health {
     pub n_bytes: u64,
     /// Times that a port was opened again.
     pub n_reconnects: u64,
-    /// Lag that the filter and the interpolation add, in seconds.
+    /// Lag that filter and joining add, in seconds.
     pub lag_s: f64,
+    /// Of a hand of devices: the wrist's stream and the fingers'.
+    pub streams: Option<[StreamReport; 2]>,
 }
 
 impl Source {
@@ -177,6 +203,10 @@ impl Source {
             reconnects: health.n_reconnects,
             hand: self.hand.load(Ordering::Relaxed),
             filter_lag_s: health.lag_s,
+            wrist: health.streams.map(|[wrist, _]| hand_stream(&wrist, now_ns)),
+            fingers: health
+                .streams
+                .map(|[_, fingers]| hand_stream(&fingers, now_ns)),
             superseded: lane.n_superseded,
             ..v1::Device::default()
         }
@@ -195,11 +225,7 @@ impl Lane {
     }
 
     fn push(&mut self, arrived: Arrived) {
-        if arrived
-            .sample
-            .as_ref()
-            .is_some_and(|sample| !sample.is_valid())
-        {
+        if !arrived.seen.is_valid() {
             self.n_dropped += 1;
             return;
         }
@@ -297,8 +323,7 @@ impl Default for Sources {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Isometry3, Translation3};
-    use tsukamu_world::hand::sample::{FingerPose, JointAngles};
+    use nalgebra::Translation3;
 
     use super::*;
 
@@ -313,8 +338,7 @@ mod tests {
             arrival_ns,
             fitted_ns: arrival_ns,
             ticks: None,
-            sample: Some(HandSample { wrist, fingers }),
-            news: News::Whole,
+            seen: Seen::Whole(Some(HandSample { wrist, fingers })),
         }
     }
 

@@ -5,10 +5,11 @@ use tsukamu_world::hand::joint::Side;
 use tsukamu_world::hand::skeleton::HandModel;
 
 use super::device::DeviceSettings;
+use super::stream;
 use crate::document::bounds::Bounds;
 use crate::document::keys::Keys;
 use crate::document::mistake::Sheet;
-use crate::input::between::Between;
+use crate::input::fusion::FusionSettings;
 
 /// A hand driven by devices.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,19 +24,8 @@ pub struct HandSettings {
     pub station: u16,
     /// The wearer's hand.
     pub model: HandModel,
-    /// Its filter; `None` is off.
-    pub filter: Option<FilterSettings>,
-    /// What it does between two samples.
-    pub between: Between,
-}
-
-/// A One-Euro filter (Casiez et al. 2012).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FilterSettings {
-    /// Cut-off at rest, in Hz.
-    pub min_cutoff_hz: f64,
-    /// How fast the cut-off rises with speed, per metre or radian.
-    pub beta: f64,
+    /// How its two streams are filtered, predicted and joined.
+    pub fusion: FusionSettings,
 }
 
 /// Every hand. One with a mistake is left out, and the sheet says why.
@@ -82,11 +72,7 @@ fn read(
         .number(sheet, "point_radius", Bounds::within(0.0, 0.05, "m"))
         .unwrap_or(0.0);
     let palm_contacts = keys.flag(sheet, "palm_contacts").unwrap_or(false);
-    let filter = filter(keys, sheet);
-    let between = match keys.choice(sheet, "between", &["interpolate", "hold"]) {
-        Some("hold") => Between::Hold,
-        _ => Between::Interpolate,
-    };
+    let fusion = stream::read(keys, sheet);
     let adult = HandModel::adult(if side? == "left" {
         Side::Left
     } else {
@@ -115,21 +101,7 @@ fn read(
         tracker,
         station,
         model,
-        filter,
-        between,
-    })
-}
-
-/// The hand's filter, which a cut-off turns on.
-fn filter(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>) -> Option<FilterSettings> {
-    let min_cutoff_hz = keys.number(sheet, "min_cutoff_hz", Bounds::above(0.0, 1000.0, "Hz"));
-    let beta = keys.number(sheet, "beta", Bounds::within(0.0, 1000.0, ""));
-    if beta.is_some() && !keys.has("min_cutoff_hz") {
-        keys.fault(sheet, "beta", "does nothing without min_cutoff_hz");
-    }
-    min_cutoff_hz.map(|min_cutoff_hz| FilterSettings {
-        min_cutoff_hz,
-        beta: beta.unwrap_or(0.0),
+        fusion,
     })
 }
 

@@ -50,9 +50,13 @@
 //! | `scale` | size of the hand against an adult's, 0.5 to 2 | 1 |
 //! | `point_radius` | m, 0 to 0.05: how far contact points stand out from the joints | 0 |
 //! | `palm_contacts` | `true`: the palm touches too | `false` |
-//! | `min_cutoff_hz` | One-Euro filter (Casiez et al. 2012): cut-off at rest, Hz, above 0 up to 1000; turns the filter on | off |
-//! | `beta` | One-Euro filter: how fast the cut-off rises with speed, 0 to 1000 | 0 |
-//! | `between` | between two samples the hand is `"interpolate"`d (smooth, later by about 1.25 sample intervals) or `"hold"`s the last (no lag, in steps) | `"interpolate"` |
+//! | `between` | between two samples the hand is `"interpolate"`d (smooth, both streams at one time, later by a little more than the longer of the two sample intervals) or `"hold"`s the newest of both (no lag, in steps) | `"interpolate"` |
+//! | `glove_delay_s`, `tracker_delay_s` | s, 0 to 0.2: known latency of that device; its samples are so much older than their arrival, and the other stream waits for them | 0 |
+//! | `min_cutoff_hz` | One-Euro filter (Casiez et al. 2012) of both streams: cut-off at rest, Hz, above 0 up to 1000; turns it on | off |
+//! | `beta` | that filter: how fast the cut-off rises with speed, 0 to 1000 | 0 |
+//! | `glove_min_cutoff_hz`, `tracker_min_cutoff_hz` | the same of one stream: turns that one's filter on, or replaces the number of both | that of both |
+//! | `glove_beta`, `tracker_beta` | the same of one stream | that of both |
+//! | `glove_predict_s`, `tracker_predict_s` | s, 0 to 0.1: how far that stream may be predicted (LaViola 2003); what it saves and how far off it is show in `tsukamu devices --json` | 0: off |
 
 pub mod calibration;
 pub mod device;
@@ -60,6 +64,7 @@ pub mod hand;
 pub mod overrides;
 
 mod general;
+mod stream;
 
 #[cfg(test)]
 mod tests;

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::overrides::{KEYS, Overrides};
 use super::{Mode, Settings, parse};
 use crate::document::mistake::Mistakes;
-use crate::input::between::Between;
+use crate::input::fusion::Between;
 use tsukamu_devices::driver::Driver;
 
 fn read(text: &str, flags: &[(&str, &str)]) -> Result<Settings, Mistakes> {
@@ -80,13 +80,59 @@ fn devices_and_hands_find_each_other() {
         ),
         (0, 1, 2, "left")
     );
-    assert_eq!(hand.between, Between::Hold);
-    assert_eq!(hand.filter.map(|filter| filter.beta), Some(0.0));
+    assert_eq!(hand.fusion.between, Between::Hold);
+    assert_eq!(
+        hand.fusion.wrist.filter.map(|filter| filter.beta),
+        Some(0.0)
+    );
+    assert_eq!(hand.fusion.wrist, hand.fusion.fingers);
     let Driver::Fastrak(tracker) = &settings.devices[1].driver else {
         panic!("a tracker")
     };
     assert_eq!(tracker.stations, [false, true, false, false]);
     assert_eq!(settings.devices[0].bauds, [115_200]);
+}
+
+#[test]
+fn each_stream_of_a_hand_has_keys_of_its_own() {
+    let hand = "[[hand]]\nname = 'h'\nside = 'left'\nglove = 'g'\ntracker = 't'\nstation = 2\n";
+    let read = |more: &str| read(&format!("{DEVICES}{hand}{more}"), &[]);
+    let fusion = |more: &str| read(more).unwrap().hands[0].fusion;
+    let filters = |more: &str| {
+        let fusion = fusion(more);
+        [fusion.fingers.filter, fusion.wrist.filter]
+            .map(|filter| filter.map(|filter| (filter.min_cutoff_hz, filter.beta)))
+    };
+    assert_eq!(filters(""), [None, None]);
+    assert_eq!(
+        filters("min_cutoff_hz = 2\nbeta = 3\n"),
+        [Some((2.0, 3.0)); 2]
+    );
+    assert_eq!(
+        filters("glove_min_cutoff_hz = 2\n"),
+        [Some((2.0, 0.0)), None]
+    );
+    assert_eq!(
+        filters("min_cutoff_hz = 2\nbeta = 3\ntracker_min_cutoff_hz = 5\nglove_beta = 7\n"),
+        [Some((2.0, 7.0)), Some((5.0, 3.0))]
+    );
+    let fusion = fusion("glove_delay_s = 0.02\ntracker_delay_s = 0.01\nglove_predict_s = 0.1\n");
+    assert_eq!((fusion.fingers.delay_s, fusion.wrist.delay_s), (0.02, 0.01));
+    assert_eq!(
+        (fusion.fingers.predict_s, fusion.wrist.predict_s),
+        (0.1, 0.0)
+    );
+    for (more, words) in [
+        ("glove_predict_s = 0.2\n", "glove_predict_s: is 0.2"),
+        ("tracker_delay_s = -1\n", "tracker_delay_s: is -1"),
+        (
+            "tracker_beta = 1\n",
+            "tracker_beta: does nothing without tracker_min_cutoff_hz",
+        ),
+    ] {
+        let mistakes = read(more).unwrap_err().to_string();
+        assert!(mistakes.contains(words), "{mistakes}");
+    }
 }
 
 #[test]

@@ -10,6 +10,7 @@ use tsukamu_world::state::HandId;
 use crate::convert::input::step_input_from;
 use crate::convert::scene::NamedHand;
 use crate::input::filter::HandFilter;
+use crate::input::fusion::Fusion;
 use crate::input::intake::{Driver, Feed};
 
 use super::engine::Engine;
@@ -156,7 +157,7 @@ impl Engine {
         }
         let feed = match new.driver {
             NewDriver::Remote(answers) => Feed::Remote { answers },
-            NewDriver::Device(between) => Feed::Device { between },
+            NewDriver::Device(settings) => Feed::Device(Box::new(Fusion::new(settings))),
         };
         let id = self.add_driver(|id| {
             Driver::new(

@@ -9,7 +9,7 @@ use tsukamu_world::state::{Body, ObjectId};
 use crate::broadcast::inbox::{Content, EventEntry, Head, What};
 use crate::clock::Clock;
 use crate::convert::frame::ObjectNow;
-use crate::convert::hand::hand_sample;
+use crate::convert::hand::hand_seen;
 use crate::convert::input::step_input;
 use crate::convert::scene::surroundings;
 use crate::input::intake::{DriveNow, Driver, Feed, StepTime};
@@ -216,14 +216,6 @@ pub(super) fn record_samples(
     clock: &Clock,
 ) {
     for (index, item) in arrived.iter().enumerate() {
-        let lost = v1::HandSample {
-            source_ns: item.source_ns,
-            ..v1::HandSample::default()
-        };
-        let sample = item
-            .sample
-            .as_ref()
-            .map_or(lost, |sample| hand_sample(sample, item.source_ns));
         let message = v1::RawSample {
             source: driver.source.name.clone(),
             hand: driver.hand.0,
@@ -234,7 +226,7 @@ pub(super) fn record_samples(
             } else {
                 0
             },
-            sample: Some(sample),
+            sample: Some(hand_seen(&item.seen, item.source_ns)),
             fitted_ns: item.fitted_ns,
             ticks: item.ticks,
         };

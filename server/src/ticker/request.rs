@@ -11,9 +11,9 @@ use tsukamu_world::input::Command;
 use tsukamu_world::scene::ObjectSpec;
 use tsukamu_world::state::{HandId, ObjectId};
 
-use crate::input::between::Between;
-use crate::input::filter::OneEuro;
+use crate::input::fusion::FusionSettings;
 use crate::input::intake::DriveNow;
+use crate::input::one_euro::OneEuro;
 use crate::input::sources::Source;
 use crate::offline::hands::RunHand;
 use crate::recorder_handle::RecorderHandle;
@@ -123,7 +123,7 @@ pub struct NewHand {
     pub model: HandModel,
     /// Its lane.
     pub source: std::sync::Arc<Source>,
-    /// Its filter.
+    /// Filter of whole samples; those of devices have one for each stream.
     pub filter: Option<OneEuro>,
     /// Who drives it.
     pub driver: NewDriver,
@@ -135,7 +135,7 @@ pub enum NewDriver {
     /// A client; answers go back to it.
     Remote(watch::Sender<DriveNow>),
     /// A glove and a tracker.
-    Device(Between),
+    Device(FusionSettings),
 }
 
 /// Steps were done.

@@ -42,6 +42,9 @@ pub struct JointAngles {
     pub palm_arch: f64,
 }
 
+/// Joint angles of a hand: 4 of the thumb, 4 of each other finger, and the palm's arch.
+pub const N_ANGLES: usize = 21;
+
 /// Angles of the thumb, in radians.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ThumbAngles {
@@ -98,20 +101,49 @@ impl HandSample {
 impl JointAngles {
     /// Whether every angle is finite.
     pub fn is_finite(&self) -> bool {
-        let t = &self.thumb;
-        [
-            t.opposition,
-            t.abduction,
-            t.mcp_flexion,
-            t.ip_flexion,
-            self.palm_arch,
-        ]
-        .iter()
-        .all(|x| x.is_finite())
-            && self.fingers.iter().all(|f| {
-                [f.mcp_flexion, f.pip_flexion, f.dip_flexion, f.abduction]
-                    .iter()
-                    .all(|x| x.is_finite())
-            })
+        self.to_list().iter().all(|angle| angle.is_finite())
+    }
+
+    /// All angles: thumb opposition, abduction, MCP and IP flexion; then MCP, PIP, DIP flexion and abduction of index,
+    /// middle, ring and little finger; then the palm's arch.
+    pub fn to_list(&self) -> [f64; N_ANGLES] {
+        let mut list = [0.0; N_ANGLES];
+        let thumb = &self.thumb;
+        list[..4].copy_from_slice(&[
+            thumb.opposition,
+            thumb.abduction,
+            thumb.mcp_flexion,
+            thumb.ip_flexion,
+        ]);
+        for (four, finger) in list[4..20].chunks_exact_mut(4).zip(&self.fingers) {
+            four.copy_from_slice(&[
+                finger.mcp_flexion,
+                finger.pip_flexion,
+                finger.dip_flexion,
+                finger.abduction,
+            ]);
+        }
+        list[20] = self.palm_arch;
+        list
+    }
+
+    /// The angles of such a list.
+    pub fn from_list(list: &[f64; N_ANGLES]) -> Self {
+        let finger = |f: usize| FingerAngles {
+            mcp_flexion: list[4 + 4 * f],
+            pip_flexion: list[5 + 4 * f],
+            dip_flexion: list[6 + 4 * f],
+            abduction: list[7 + 4 * f],
+        };
+        Self {
+            thumb: ThumbAngles {
+                opposition: list[0],
+                abduction: list[1],
+                mcp_flexion: list[2],
+                ip_flexion: list[3],
+            },
+            fingers: std::array::from_fn(finger),
+            palm_arch: list[20],
+        }
     }
 }
