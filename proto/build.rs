@@ -8,7 +8,11 @@ use tonic_prost_build::manual;
 /// The schema's root folder.
 const ROOT: &str = "proto";
 /// Files that reach every other one through their imports.
-const FILES: [&str; 2] = ["tsukamu/v1/service.proto", "tsukamu/v1/recording.proto"];
+const FILES: [&str; 3] = [
+    "tsukamu/v1/service.proto",
+    "tsukamu/v1/recording.proto",
+    "tsukamu/v1/calibration.proto",
+];
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed={ROOT}");
