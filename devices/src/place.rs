@@ -6,6 +6,8 @@ use std::str::FromStr;
 
 use thiserror::Error;
 
+use crate::vrpn::address::{Address, AddressFault};
+
 /// Where a device is. It is parsed from the text that it prints as:
 ///
 /// | text | meaning |
@@ -14,6 +16,7 @@ use thiserror::Error;
 /// | `udp:39539`, `udp:0.0.0.0:39539` | datagrams that arrive there; without an address only from this machine |
 /// | `tcp:glove.local:4001` | a connection to there, as to a serial-to-Ethernet server |
 /// | `tcp-listen:65432`, `tcp-listen:0.0.0.0:65432` | a connection that the device makes to here |
+/// | `Tracker0@tcp://lab:3883`, `Tracker0@lab` | a device of a VRPN server, as VRPN names it |
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Place {
     /// Path of a serial port, or of a link to it.
@@ -29,6 +32,8 @@ pub enum Place {
     },
     /// A connection that the device makes to this address.
     TcpListen(SocketAddr),
+    /// A device of a VRPN server.
+    Vrpn(Address),
 }
 
 /// Why a text names no place.
@@ -59,6 +64,9 @@ pub enum NoPlace {
         /// What stands before the colon.
         scheme: String,
     },
+    /// It has an `@` as VRPN's names have, and is none.
+    #[error(transparent)]
+    Vrpn(#[from] AddressFault),
 }
 
 impl Place {
@@ -67,7 +75,7 @@ impl Place {
     pub fn serial_path(&self) -> Option<&str> {
         match self {
             Self::Serial(path) => Some(path),
-            Self::Udp(_) | Self::Tcp { .. } | Self::TcpListen(_) => None,
+            Self::Udp(_) | Self::Tcp { .. } | Self::TcpListen(_) | Self::Vrpn(_) => None,
         }
     }
 
@@ -90,6 +98,9 @@ impl FromStr for Place {
         };
         if text.is_empty() {
             return Err(NoPlace::Empty);
+        }
+        if text.contains('@') && !text.starts_with('/') {
+            return Ok(Self::Vrpn(text.parse()?));
         }
         match text.split_once(':') {
             Some(("udp", rest)) => own_address(rest)
@@ -117,6 +128,7 @@ impl fmt::Display for Place {
             Self::Udp(address) => write!(out, "udp:{address}"),
             Self::Tcp { host, port } => write!(out, "tcp:{host}:{port}"),
             Self::TcpListen(address) => write!(out, "tcp-listen:{address}"),
+            Self::Vrpn(address) => write!(out, "{address}"),
         }
     }
 }
@@ -170,6 +182,9 @@ mod tests {
             ("tcp:[fe80::1]:4001", "tcp:[fe80::1]:4001"),
             ("tcp-listen:65432", "tcp-listen:127.0.0.1:65432"),
             ("tcp-listen:0.0.0.0:65432", "tcp-listen:0.0.0.0:65432"),
+            ("Tracker0@lab", "Tracker0@lab:3883"),
+            ("Tracker0@tcp://lab", "Tracker0@tcp://lab:3883"),
+            ("/dev/odd@name", "/dev/odd@name"),
         ];
         for (text, printed) in cases {
             let place: Place = text.parse().unwrap();

@@ -4,6 +4,8 @@
 //! hands out, and calls [`Session::handle_timeout`] when [`Session::deadline`] has passed. All times are monotonic
 //! nanoseconds from one origin of the caller's choice.
 
+use std::net::Ipv4Addr;
+
 use crate::fault::Fault;
 use crate::feedback::Feedback;
 use crate::glove::calibrate::{GloveCalibration, Handedness};
@@ -97,6 +99,17 @@ pub enum PortRequest {
     ReapplySettings,
     /// Close the port, wait, and open it again, at the next baud rate if there are several.
     Reopen,
+    /// Raise or lower the line RTS, which holds some devices in reset; a pseudo-terminal has none, and that is no fault.
+    SetRts(bool),
+}
+
+/// What a network connection has beside its bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LinkAbout {
+    /// Unix time at the origin of the monotonic stamps, ns, for protocols that write the time into what they send.
+    pub unix_origin_ns: u64,
+    /// Own address and port at which datagrams are read; `None` when none are.
+    pub datagrams_at: Option<(Ipv4Addr, u16)>,
 }
 
 /// A driver as a state machine: bytes in, events out, time as an argument.
@@ -112,6 +125,14 @@ pub trait Session {
 
     /// Takes bytes that were read at `stamp_ns`.
     fn push(&mut self, stamp_ns: u64, bytes: &[u8]);
+
+    /// Takes a datagram that was read at `stamp_ns` beside the bytes of a connection.
+    fn push_datagram(&mut self, stamp_ns: u64, datagram: &[u8]) {
+        self.push(stamp_ns, datagram);
+    }
+
+    /// Tells what a connection that is about to be opened has beside its bytes; a session without use for it ignores it.
+    fn link_opening(&mut self, _link: LinkAbout) {}
 
     /// The next event, oldest first. Beyond a fixed number the oldest are dropped and counted.
     fn next_event(&mut self) -> Option<DeviceEvent>;

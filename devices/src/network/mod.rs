@@ -12,6 +12,7 @@ use crate::place::Place;
 use crate::port::{PortEvent, PortSettings};
 use crate::port_thread::PortThread;
 use crate::session::Session;
+use crate::vrpn;
 
 /// Where a device is and how it is served.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -43,6 +44,7 @@ where
         Place::Serial(path) => {
             PortThread::spawn(PortSettings { path, bauds, raw }, session, clock, deliver)
         }
+        Place::Vrpn(address) => vrpn::thread::spawn(address, session, clock, raw, deliver),
         Place::Udp(_) | Place::Tcp { .. } | Place::TcpListen(_) => {
             PortThread::start("network device", move |outside, stop| {
                 let (mut session, mut deliver) = (session, deliver);

@@ -102,8 +102,8 @@ impl Service<'_> {
         self.session.port_opening(self.clock.now_ns());
         self.hand_out(None);
         match self.place {
-            // The caller sends serial ports elsewhere.
-            Place::Serial(_) => {}
+            // The caller sends these elsewhere.
+            Place::Serial(_) | Place::Vrpn(_) => {}
             Place::Udp(address) => {
                 let (place, address) = (self.place, *address);
                 self.again_and_again(|service| {
@@ -272,7 +272,7 @@ impl Service<'_> {
             match request {
                 PortRequest::Reopen => return Some(End::Reopen),
                 // A network has no line settings.
-                PortRequest::ReapplySettings => {}
+                PortRequest::ReapplySettings | PortRequest::SetRts(_) => {}
             }
         }
         while let Some(command) = self.session.poll_transmit() {
