@@ -13,8 +13,16 @@ use crate::document::mistake::{Mistake, Mistakes, Sheet};
 pub fn load(file: &Path) -> Result<GloveCalibration, Mistakes> {
     let origin = file.display().to_string();
     let text = std::fs::read_to_string(file)
-        .map_err(|fault| Mistakes::one(&origin, format!("cannot be read: {fault}")))?;
+        .map_err(|fault| Mistakes::one(&origin, unreadable(&fault)))?;
     parse(&origin, &text)
+}
+
+fn unreadable(fault: &std::io::Error) -> String {
+    let hint = match fault.kind() {
+        std::io::ErrorKind::NotFound => "; `tsukamu calibrate DEVICE -o FILE` makes one",
+        _ => "",
+    };
+    format!("cannot be read: {fault}{hint}")
 }
 
 /// The calibration in this text.

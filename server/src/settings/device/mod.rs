@@ -3,14 +3,14 @@
 mod cyberglove;
 mod fastrak;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::Isometry3;
 use tsukamu_devices::driver::Driver;
 use tsukamu_devices::glove::calibrate::GloveCalibration;
 use tsukamu_devices::place::{NoPlace, Place};
 
-use super::calibration;
+use super::{calibration, room};
 use crate::document::bounds::Bounds;
 use crate::document::keys::Keys;
 use crate::document::mistake::Sheet;
@@ -28,9 +28,13 @@ pub struct DeviceSettings {
     pub driver: Driver,
     /// Its wearer's calibration; the default where it is no glove.
     pub calibration: Box<GloveCalibration>,
+    /// The file that it came from, and goes to when it is saved.
+    pub calibration_file: Option<PathBuf>,
     /// `world_from_transmitter`, where "transmitter" is the y-up space of the tracker's origin; the identity where it is
     /// no tracker.
     pub world_from_transmitter: Isometry3<f64>,
+    /// The file that it came from, and goes to when it is saved.
+    pub room_file: Option<PathBuf>,
 }
 
 /// Line rates that any port may have.
@@ -88,15 +92,15 @@ fn read(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>, folder: &Path) -> Option<Dev
     let kind = keys.choice(sheet, "kind", &kinds)?;
     let (_, reader) = KINDS.iter().find(|(name, _)| *name == kind)?;
     let driver = reader(keys, sheet)?;
-    let calibration = if driver.role().is_glove() {
+    let (calibration, calibration_file) = if driver.role().is_glove() {
         calibration(keys, sheet, folder)?
     } else {
-        GloveCalibration::default()
+        (GloveCalibration::default(), None)
     };
-    let world_from_transmitter = if driver.role().is_tracker() {
-        transmitter(keys, sheet)
+    let (world_from_transmitter, room_file) = if driver.role().is_tracker() {
+        room::read(keys, sheet, folder)
     } else {
-        Isometry3::identity()
+        (Isometry3::identity(), None)
     };
     Some(DeviceSettings {
         name: name?,
@@ -104,7 +108,9 @@ fn read(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>, folder: &Path) -> Option<Dev
         bauds: bauds.unwrap_or_else(|| driver.usual_bauds().to_vec()),
         driver,
         calibration: Box::new(calibration),
+        calibration_file,
         world_from_transmitter,
+        room_file,
     })
 }
 
@@ -121,12 +127,14 @@ fn calibration(
     keys: &mut Keys<'_>,
     sheet: &mut Sheet<'_>,
     folder: &Path,
-) -> Option<GloveCalibration> {
-    let file = keys.text(sheet, "calibration");
-    match file.map(|file| calibration::load(&folder.join(file))) {
-        None => Some(GloveCalibration::default()),
-        Some(Ok(calibration)) => Some(calibration),
-        Some(Err(mistakes)) => {
+) -> Option<(GloveCalibration, Option<PathBuf>)> {
+    let Some(file) = keys.text(sheet, "calibration") else {
+        return Some((GloveCalibration::default(), None));
+    };
+    let file = folder.join(file);
+    match calibration::load(&file) {
+        Ok(calibration) => Some((calibration, Some(file))),
+        Err(mistakes) => {
             mistakes
                 .0
                 .into_iter()
@@ -134,25 +142,4 @@ fn calibration(
             None
         }
     }
-}
-
-/// Where the tracker's origin stands.
-fn transmitter(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>) -> Isometry3<f64> {
-    let metres = Bounds::within(-100.0, 100.0, "m");
-    let degrees = Bounds::within(-360.0, 360.0, "°");
-    let position = keys
-        .numbers::<3>(sheet, "transmitter_position", "[x, y, z]", metres)
-        .unwrap_or_default();
-    let turns = keys.numbers::<3>(
-        sheet,
-        "transmitter_rotation_deg",
-        "[yaw, pitch, roll]",
-        degrees,
-    );
-    let [yaw, pitch, roll] = turns.unwrap_or_default().map(f64::to_radians);
-    let about = |axis, angle| UnitQuaternion::from_axis_angle(&axis, angle);
-    let rotation = about(Vector3::y_axis(), yaw)
-        * about(Vector3::x_axis(), pitch)
-        * about(Vector3::z_axis(), roll);
-    Isometry3::from_parts(Translation3::from(position), rotation)
 }
