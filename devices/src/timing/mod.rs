@@ -1,4 +1,15 @@
 //! When a sample was taken: from arrival times, and a device's own counter where it has one. Pure: times are arguments.
+//!
+//! [`source::SourceClock`] is the way in: it stamps each reading of a device, by its counter ([`fit::ClockFit`]) or, where
+//! it has none, by the rhythm of its arrivals ([`dejitter::DeJitter`]).
+
+pub mod source;
+
+pub mod fit;
+
+pub mod dejitter;
+
+mod envelope;
 
 /// The times of one reading. All are kept: a fit can be done anew from a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
