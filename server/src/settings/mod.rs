@@ -37,6 +37,7 @@
 //! | `hemisphere` | `fastrak`: `[x, y, z]` toward the receivers, transmitter space | the unit's own |
 //! | `transmitter_position` | `fastrak`: `[x, y, z]` m, world space, within 100 | `[0, 0, 0]` |
 //! | `transmitter_rotation_deg` | `fastrak`: `[yaw, pitch, roll]` °, of the transmitter as the driver reports it, y up | `[0, 0, 0]` |
+//! | `room` | trackers: a file of these two keys alone, beside the settings, in their place; `tsukamu calibrate --room` writes it | none |
 //!
 //! Each `[[hand]]`, a hand driven by devices:
 //!
@@ -62,6 +63,7 @@ pub mod calibration;
 pub mod device;
 pub mod hand;
 pub mod overrides;
+pub mod room;
 
 mod general;
 mod stream;
