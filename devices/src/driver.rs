@@ -3,6 +3,8 @@
 use crate::glove::calibrate::GloveCalibration;
 use crate::glove::cyberglove::session::CyberGloveSession;
 use crate::glove::cyberglove::settings::CyberGloveSettings;
+use crate::glove::lucidglove::session::LucidGloveSession;
+use crate::glove::lucidglove::settings::LucidGloveSettings;
 use crate::session::Session;
 use crate::tracker::fastrak::session::FastrakSession;
 use crate::tracker::fastrak::settings::FastrakSettings;
@@ -12,6 +14,8 @@ use crate::tracker::fastrak::settings::FastrakSettings;
 pub enum Driver {
     /// CyberGlove I, II and III.
     CyberGlove(CyberGloveSettings),
+    /// LucidGloves and others that speak the OpenGloves protocol.
+    LucidGlove(LucidGloveSettings),
     /// Polhemus Fastrak.
     Fastrak(FastrakSettings),
 }
@@ -47,6 +51,7 @@ impl Driver {
     pub const fn name(&self) -> &'static str {
         match self {
             Self::CyberGlove(_) => "cyberglove",
+            Self::LucidGlove(_) => "lucidglove",
             Self::Fastrak(_) => "fastrak",
         }
     }
@@ -55,7 +60,7 @@ impl Driver {
     #[must_use]
     pub const fn role(&self) -> Role {
         match self {
-            Self::CyberGlove(_) => Role::Glove,
+            Self::CyberGlove(_) | Self::LucidGlove(_) => Role::Glove,
             Self::Fastrak(_) => Role::Tracker,
         }
     }
@@ -64,7 +69,7 @@ impl Driver {
     #[must_use]
     pub fn has_station(&self, station: u16) -> bool {
         match self {
-            Self::CyberGlove(_) => false,
+            Self::CyberGlove(_) | Self::LucidGlove(_) => false,
             Self::Fastrak(settings) => station
                 .checked_sub(1)
                 .and_then(|index| settings.stations.get(usize::from(index)))
@@ -76,7 +81,7 @@ impl Driver {
     #[must_use]
     pub const fn usual_bauds(&self) -> &'static [u32] {
         match self {
-            Self::CyberGlove(_) | Self::Fastrak(_) => &[115_200],
+            Self::CyberGlove(_) | Self::LucidGlove(_) | Self::Fastrak(_) => &[115_200],
         }
     }
 
@@ -86,6 +91,9 @@ impl Driver {
         match self {
             Self::CyberGlove(settings) => {
                 Box::new(CyberGloveSession::new(settings.clone(), calibration))
+            }
+            Self::LucidGlove(settings) => {
+                Box::new(LucidGloveSession::new(settings.clone(), calibration))
             }
             Self::Fastrak(settings) => Box::new(FastrakSession::new(settings.clone())),
         }

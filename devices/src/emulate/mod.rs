@@ -4,11 +4,13 @@
 pub mod cyberglove;
 pub mod fastrak;
 pub mod line_fault;
+pub mod lucidglove;
 pub mod pty;
 
 mod fastrak_record;
 mod glove_command;
 mod glove_record;
+mod lucidglove_line;
 
 /// A device as a state machine: commands in, bytes out, time as an argument (monotonic ns).
 pub trait Emulator {

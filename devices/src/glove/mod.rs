@@ -2,5 +2,6 @@
 
 pub mod calibrate;
 pub mod cyberglove;
+pub mod lucidglove;
 pub mod quick_range;
 pub mod sensor;

@@ -39,7 +39,7 @@ fn tracker(encoding: Encoding) -> Bench<FastrakSession, FastrakEmulator> {
 }
 
 /// Pushes junk at odd moments and asks for everything that can be asked.
-fn survive(session: &mut dyn Session, parts: &[(u32, Vec<u8>)]) -> usize {
+pub(crate) fn survive(session: &mut dyn Session, parts: &[(u32, Vec<u8>)]) -> usize {
     let mut now_ns = 0;
     let mut n_events = 0;
     session.port_opened(0);
@@ -64,7 +64,7 @@ fn survive(session: &mut dyn Session, parts: &[(u32, Vec<u8>)]) -> usize {
 }
 
 /// Readings that get through between the first good record after the junk and the third.
-fn recovers<Se: Session, E: Emulator>(bench: &mut Bench<Se, E>, junk: &[u8]) -> u64 {
+pub(crate) fn recovers<Se: Session, E: Emulator>(bench: &mut Bench<Se, E>, junk: &[u8]) -> u64 {
     bench.open();
     bench.run_until(3 * S, |bench| bench.session.stats().records >= 3);
     bench.session.push(bench.now_ns, junk);

@@ -1,6 +1,7 @@
 //! A session and an emulator joined in memory, with time advanced by hand.
 
 use tsukamu_devices::emulate::Emulator;
+use tsukamu_devices::emulate::line_fault::Noise;
 use tsukamu_devices::reading::{GloveReading, TrackerReading};
 use tsukamu_devices::session::{DeviceEvent, PortRequest, Session, SessionState};
 
@@ -44,6 +45,7 @@ pub(crate) struct Bench<S, E> {
     pub(crate) emulator: E,
     pub(crate) now_ns: u64,
     pub(crate) loss: Loss,
+    pub(crate) noise: Noise,
     pub(crate) events: Vec<DeviceEvent>,
     pub(crate) requests: Vec<PortRequest>,
     pub(crate) sent: Vec<Vec<u8>>,
@@ -56,6 +58,7 @@ impl<Se: Session, E: Emulator> Bench<Se, E> {
             emulator,
             now_ns: 0,
             loss: Loss::one_in(0),
+            noise: Noise::new(0.0),
             events: Vec::new(),
             requests: Vec::new(),
             sent: Vec::new(),
@@ -106,6 +109,7 @@ impl<Se: Session, E: Emulator> Bench<Se, E> {
         }
         let mut said = self.emulator.poll(self.now_ns);
         said.retain(|_| self.loss.keep());
+        self.noise.spoil(&mut said);
         self.session.push(self.now_ns, &said);
         while let Some(event) = self.session.next_event() {
             self.events.push(event);
