@@ -13,10 +13,12 @@ use crate::port_thread::SessionHandle;
 use crate::session::{DeviceEvent, PortRequest, Session, SessionState, SessionStats};
 
 /// First wait before a lost port is opened again; doubled at each failure.
-pub const REOPEN_MIN: Duration = Duration::from_millis(250);
-/// Longest wait before a lost port is opened again.
-pub const REOPEN_MAX: Duration = Duration::from_secs(5);
-/// Longest that a stop request goes unnoticed.
+pub const REOPEN_MIN: Duration = Duration::from_millis(100);
+/// Longest wait before a lost port is opened again. It is cut short when a path that was missing appears.
+pub const REOPEN_MAX: Duration = Duration::from_millis(500);
+/// Reads that a backlog may take before what they brought is handed on; a terminal holds some 70 kB at most.
+const READS_MAX: usize = 80;
+/// Longest that a stop request goes unnoticed, and time between two looks for a path that is missing.
 const STOP_LATENCY: Duration = Duration::from_millis(50);
 /// Longest that a command may take to be written; it is dropped then, and the session's own deadline acts.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(200);
@@ -123,8 +125,11 @@ pub fn run_port(
             }
         }
         hand_out(session, deliver);
-        pause(wait, stop);
-        wait = (wait * 2).min(REOPEN_MAX);
+        wait = match pause(wait, &settings.path, stop) {
+            // Its rights may be set a moment later: try quickly again.
+            Pause::Appeared => REOPEN_MIN,
+            Pause::Over => (wait * 2).min(REOPEN_MAX),
+        };
     }
     hand_out(session, deliver);
     deliver(PortEvent::Stats(session.stats()));
@@ -140,15 +145,30 @@ fn hand_out(session: &mut dyn Session, deliver: &mut dyn FnMut(PortEvent<'_>)) {
     }
 }
 
-fn pause(wait: Duration, stop: &AtomicBool) {
+enum Pause {
+    Over,
+    /// The path was missing and is there.
+    Appeared,
+}
+
+/// Waits, and looks now and then whether a path that is missing appears: a look costs some microseconds.
+fn pause(wait: Duration, path: &str, stop: &AtomicBool) -> Pause {
     let end = Instant::now() + wait;
+    let mut was_missing = false;
     while !stop.load(Ordering::Acquire) {
+        let is_there = std::fs::metadata(path).is_ok();
+        if was_missing && is_there {
+            return Pause::Appeared;
+        }
+        // A port that is just going may still have its name: that is no appearance.
+        was_missing = !is_there;
         let rest = end.saturating_duration_since(Instant::now());
         if rest.is_zero() {
-            return;
+            break;
         }
         std::thread::park_timeout(rest.min(STOP_LATENCY));
     }
+    Pause::Over
 }
 
 struct Line<'a> {
@@ -180,14 +200,8 @@ impl Line<'_> {
             if let Some(end) = self.obey(session, deliver) {
                 return end;
             }
-            match self.read(session.deadline(), &mut bytes) {
-                Ok(received) => {
-                    let stamp_ns = self.clock.now_ns();
-                    self.tell(stamp_ns, Direction::Received, received, deliver);
-                    session.push(stamp_ns, received);
-                }
-                Err(None) => {}
-                Err(Some(fault)) => return End::Lost(fault),
+            if let Err(fault) = self.take(session, &mut bytes, deliver) {
+                return End::Lost(fault);
             }
             session.handle_timeout(self.clock.now_ns());
             self.ran |= session.state() == SessionState::Running;
@@ -197,6 +211,34 @@ impl Line<'_> {
                 deliver(PortEvent::Stats(session.stats()));
             }
         }
+    }
+
+    /// Reads what is there, all of it: a backlog goes to the session in one go, so that nothing old is handed on while
+    /// something newer waits.
+    fn take(
+        &mut self,
+        session: &mut dyn Session,
+        bytes: &mut [u8],
+        deliver: &mut dyn FnMut(PortEvent<'_>),
+    ) -> Result<(), Fault> {
+        let mut deadline_ns = session.deadline();
+        for _ in 0..READS_MAX {
+            let size = bytes.len();
+            let received = match self.read(deadline_ns, bytes) {
+                Ok(received) => received,
+                Err(None) => return Ok(()),
+                Err(Some(fault)) => return Err(fault),
+            };
+            let stamp_ns = self.clock.now_ns();
+            self.tell(stamp_ns, Direction::Received, received, deliver);
+            session.push(stamp_ns, received);
+            if received.len() < size {
+                return Ok(());
+            }
+            // More may wait; nothing else is waited for.
+            deadline_ns = Some(0);
+        }
+        Ok(())
     }
 
     /// Sends what the session wants to send, and does what it asks for.
@@ -212,6 +254,10 @@ impl Line<'_> {
                     if let Err(error) = self.port.set_baud_rate(self.baud) {
                         return Some(End::Lost(fault_from_open(&self.settings.path, &error)));
                     }
+                }
+                PortRequest::SetRts(raised) => {
+                    // ENOTTY of a pseudo-terminal; a port that has gone shows it at the next read.
+                    let _ = self.port.write_request_to_send(raised);
                 }
             }
         }
