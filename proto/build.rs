@@ -34,44 +34,20 @@ fn main() -> Result<(), Box<dyn Error>> {
         .compile_fds(descriptors)?;
     manual::Builder::new()
         .build_client(false)
-        .compile(&[world_of_encoded_frames()]);
+        .compile(&[world_without_streams()]);
     Ok(())
 }
 
-/// The `World` service once more, with `WatchFrames` and `WatchEvents` answering in bytes that are encoded already.
-fn world_of_encoded_frames() -> manual::Service {
+/// The `World` service once more, without `WatchFrames` and `WatchEvents`: the daemon answers those itself, with bytes that
+/// are encoded already.
+fn world_without_streams() -> manual::Service {
     manual::Service::builder()
         .name("World")
         .package("tsukamu.v1")
-        .comment("The world: what is in it and what happens. Frames come encoded.")
-        .method(
-            method("get_scene", "GetScene")
-                .output_type("crate::v1::GetSceneResponse")
-                .build(),
-        )
-        .method(
-            encoded_stream("watch_frames", "WatchFrames")
-                .comment("Items: encoded `WatchFramesResponse`.")
-                .build(),
-        )
-        .method(
-            encoded_stream("watch_events", "WatchEvents")
-                .comment("Items: encoded `Event`.")
-                .build(),
-        )
-        .method(
-            method("get_status", "GetStatus")
-                .output_type("crate::v1::GetStatusResponse")
-                .build(),
-        )
+        .comment("The world: what is in it and how it does.")
+        .method(method("get_scene", "GetScene").build())
+        .method(method("get_status", "GetStatus").build())
         .build()
-}
-
-fn encoded_stream(name: &str, route: &str) -> manual::MethodBuilder {
-    method(name, route)
-        .output_type("bytes::Bytes")
-        .codec_path("crate::codec::EncodedCodec")
-        .server_streaming()
 }
 
 fn method(name: &str, route: &str) -> manual::MethodBuilder {
@@ -79,5 +55,6 @@ fn method(name: &str, route: &str) -> manual::MethodBuilder {
         .name(name)
         .route_name(route)
         .input_type(format!("crate::v1::{route}Request"))
+        .output_type(format!("crate::v1::{route}Response"))
         .codec_path("tonic_prost::ProstCodec")
 }

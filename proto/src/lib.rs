@@ -20,9 +20,10 @@ pub mod v1 {
     tonic::include_proto!("tsukamu.v1");
 }
 
-/// The server of `tsukamu.v1.World` whose frames and events are encoded once for all subscribers.
+/// The server of `tsukamu.v1.World` without its two streams.
 ///
-/// It serves the same routes as [`v1::world_server`]; a daemon uses this one.
+/// A daemon that encodes a frame once for all its subscribers answers `WatchFrames` and `WatchEvents` itself, on routes
+/// beside this one; [`v1::world_server`] is the whole service.
 #[allow(
     missing_docs,
     clippy::all,
@@ -31,12 +32,9 @@ pub mod v1 {
     unused_qualifications,
     reason = "generated code"
 )]
-pub mod encoded {
+pub mod unary {
     include!(concat!(env!("OUT_DIR"), "/tsukamu.v1.World.rs"));
 }
-
-/// The codec behind [`encoded`].
-pub mod codec;
 
 /// Every schema file with its comments, as one encoded `google.protobuf.FileDescriptorSet`: for reflection and for
 /// the schemas inside recordings.

@@ -6,10 +6,11 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use bytes::Bytes;
 use futures_core::Stream;
 use tokio::sync::watch;
 use tonic::Status;
+
+use crate::wire_message::WireMessage;
 
 /// Events that one look into the log takes out at most, so that a reader holds the lock for microseconds.
 const BATCH: usize = 64;
@@ -30,7 +31,7 @@ pub struct EventWriter {
 
 #[derive(Debug)]
 struct Ring {
-    events: VecDeque<Bytes>,
+    events: VecDeque<WireMessage>,
     /// Sequence number of the first event held, or of the next one when none is.
     oldest: u64,
     capacity: usize,
@@ -70,7 +71,7 @@ impl EventWriter {
     }
 
     /// Appends events that carry the numbers from [`EventWriter::next_sequence`] on, and wakes the subscribers.
-    pub fn append(&self, events: impl Iterator<Item = Bytes>) {
+    pub fn append(&self, events: impl Iterator<Item = WireMessage>) {
         let next = {
             let mut ring = lock(&self.ring);
             for event in events {
@@ -95,7 +96,7 @@ impl EventLog {
     pub fn watch(
         &self,
         from_sequence: u64,
-    ) -> Result<impl Stream<Item = Result<Bytes, Status>> + Send + use<>, Status> {
+    ) -> Result<impl Stream<Item = Result<WireMessage, Status>> + Send + use<>, Status> {
         let (oldest, next) = {
             let ring = lock(&self.ring);
             (ring.oldest, ring.next())
@@ -135,10 +136,10 @@ struct Reader {
     ring: Arc<Mutex<Ring>>,
     next: watch::Receiver<u64>,
     sequence: u64,
-    batch: VecDeque<Bytes>,
+    batch: VecDeque<WireMessage>,
 }
 
-type Item = (Result<Bytes, Status>, Option<Reader>);
+type Item = (Result<WireMessage, Status>, Option<Reader>);
 
 impl Reader {
     async fn next(mut self) -> Option<Item> {
@@ -184,20 +185,21 @@ fn lock(ring: &Mutex<Ring>) -> MutexGuard<'_, Ring> {
 
 #[cfg(test)]
 mod tests {
+    use prost::Message;
     use tokio_stream::StreamExt;
 
     use super::*;
 
-    fn numbered(numbers: std::ops::Range<u64>) -> impl Iterator<Item = Bytes> {
-        numbers.map(|n| Bytes::from(n.to_string()))
+    fn numbered(numbers: std::ops::Range<u64>) -> impl Iterator<Item = WireMessage> {
+        numbers.map(|n| WireMessage::new(&n.to_string()))
     }
 
-    async fn texts(stream: impl Stream<Item = Result<Bytes, Status>>) -> Vec<String> {
+    async fn texts(stream: impl Stream<Item = Result<WireMessage, Status>>) -> Vec<String> {
         stream
             .map(|item| {
                 item.map_or_else(
                     |e| e.to_string(),
-                    |b| String::from_utf8_lossy(&b).into_owned(),
+                    |event| String::decode(event.message()).expect("a text"),
                 )
             })
             .collect()

@@ -9,7 +9,7 @@ use axum::Router;
 use axum::extract::{Request, State};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{Html, IntoResponse, Response};
-use axum::routing::get;
+use axum::routing::{get, post};
 use axum::serve::ListenerExt;
 use serde_json::{Value, json};
 use socket2::{SockRef, TcpKeepalive};
@@ -18,7 +18,7 @@ use tonic::Status;
 use tonic::body::Body;
 use tonic::service::Routes;
 use tsukamu_proto::FILE_DESCRIPTOR_SET;
-use tsukamu_proto::encoded::world_server::WorldServer;
+use tsukamu_proto::unary::world_server::WorldServer;
 use tsukamu_proto::v1::clock_server::ClockServer;
 use tsukamu_proto::v1::control_server::ControlServer;
 use tsukamu_proto::v1::devices_server::DevicesServer;
@@ -91,9 +91,16 @@ fn notice_silence(socket: &TcpStream) -> io::Result<()> {
 }
 
 async fn app(backend: Backend) -> io::Result<Router> {
+    let frames = |State(backend): State<Backend>, request| backend.watch_frames(request);
+    let events = |State(backend): State<Backend>, request| backend.watch_events(request);
+    let streams = Router::new()
+        .route("/tsukamu.v1.World/WatchFrames", post(frames))
+        .route("/tsukamu.v1.World/WatchEvents", post(events))
+        .with_state(backend.clone());
     let grpc = services(backend.clone())
         .await?
         .into_axum_router()
+        .merge(streams)
         .layer(tonic_web::GrpcWebLayer::new());
     let pages = Router::new()
         .route("/", get(page))

@@ -24,6 +24,8 @@ pub mod plan;
 pub mod recording_desk;
 /// The frame lane: encoded once, newest wins.
 pub mod broadcast;
+/// A message as it goes over the wire.
+pub mod wire_message;
 /// The event lane: bounded, numbered, resumable.
 pub mod event_log;
 /// World values to wire messages and back.

@@ -8,6 +8,7 @@ use tsukamu_proto::v1;
 use tsukamu_world::state::ObjectId;
 
 use crate::convert::frame::{ObjectNow, hand_frame, push_object};
+use crate::wire_message::WireMessage;
 
 use super::inbox::{Batch, Content, Head, SceneNow};
 
@@ -44,15 +45,15 @@ pub struct Encoded {
     /// Tick of the frame.
     pub tick: u64,
     /// An encoded `WatchFramesResponse`.
-    pub response: Bytes,
-    /// Where in it the encoded `Frame` begins.
+    pub response: WireMessage,
+    /// Where in the message the encoded `Frame` begins.
     frame_at: usize,
 }
 
 impl Encoded {
     /// The encoded `Frame` alone.
     pub fn frame(&self) -> Bytes {
-        self.response.slice(self.frame_at..)
+        self.response.message().slice(self.frame_at..)
     }
 }
 
@@ -194,15 +195,16 @@ impl Mirror {
     fn finish(&mut self, message: v1::Frame, tick: u64) -> Encoded {
         let length = message.encoded_len();
         let prefix = 1 + prost::length_delimiter_len(length);
-        self.buffer.reserve(prefix + length);
-        self.buffer.put_u8(FRAME_TAG);
-        message
-            .encode_length_delimited(&mut self.buffer)
-            .expect("the buffer grows");
+        let response = WireMessage::build(&mut self.buffer, prefix + length, |buffer| {
+            buffer.put_u8(FRAME_TAG);
+            message
+                .encode_length_delimited(buffer)
+                .expect("the buffer grows");
+        });
         self.message = message;
         Encoded {
             tick,
-            response: self.buffer.split().freeze(),
+            response,
             frame_at: prefix,
         }
     }

@@ -3,8 +3,6 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use bytes::Bytes;
-use prost::Message;
 use tokio::sync::watch;
 use tsukamu_proto::v1;
 
@@ -12,6 +10,7 @@ use crate::convert::event::{Names, device_event, event};
 use crate::event_log::EventWriter;
 use crate::metrics::Metrics;
 use crate::recorder_handle::{RecordItem, RecorderHandle};
+use crate::wire_message::WireMessage;
 
 use super::inbox::{Batch, EventEntry, Inbox, What};
 use super::mirror::{Encoded, Mirror};
@@ -116,7 +115,7 @@ impl Publisher {
         self.metrics.frames_encoded.inc();
         self.metrics
             .frame_bytes_encoded
-            .inc_by(newest.response.len() as u64);
+            .inc_by(newest.response.message_len() as u64);
         self.frames.send_replace(Published {
             count: count + 1,
             serial,
@@ -138,14 +137,14 @@ impl Publisher {
             return;
         }
         let first = self.events.next_sequence();
-        let encoded: Vec<Bytes> = entries
+        let encoded: Vec<WireMessage> = entries
             .iter()
             .zip(first..)
             .map(|(entry, sequence)| encode_event(entry, sequence, mirror))
             .collect();
         if let Some(recorder) = recorder {
-            for (entry, bytes) in entries.iter().zip(&encoded) {
-                recorder.offer(entry.stamp.wall_ns, RecordItem::Event(bytes.clone()));
+            for (entry, event) in entries.iter().zip(&encoded) {
+                recorder.offer(entry.stamp.wall_ns, RecordItem::Event(event.message()));
             }
         }
         self.metrics.events.inc_by(encoded.len() as u64);
@@ -153,7 +152,7 @@ impl Publisher {
     }
 }
 
-fn encode_event(entry: &EventEntry, sequence: u64, mirror: &Mirror) -> Bytes {
+fn encode_event(entry: &EventEntry, sequence: u64, mirror: &Mirror) -> WireMessage {
     let content = entry.content.as_deref();
     let mut message = match &entry.what {
         What::World(happened) => {
@@ -186,5 +185,5 @@ fn encode_event(entry: &EventEntry, sequence: u64, mirror: &Mirror) -> Bytes {
     };
     message.stamp = Some(entry.stamp);
     message.sequence = sequence;
-    Bytes::from(message.encode_to_vec())
+    WireMessage::new(&message)
 }

@@ -5,9 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use bytes::Bytes;
 use futures_core::Stream;
-use prost::Message;
 use tokio::sync::watch;
 use tokio::time::Instant;
 use tonic::Status;
@@ -15,6 +13,7 @@ use tsukamu_proto::v1;
 use tsukamu_proto::v1::watch_frames_response::Kind;
 
 use crate::metrics::Metrics;
+use crate::wire_message::WireMessage;
 
 use super::inbox::Inbox;
 use super::publisher::Published;
@@ -41,7 +40,7 @@ impl FrameLane {
     pub fn watch(
         &self,
         max_rate_hz: f64,
-    ) -> Result<impl Stream<Item = Result<Bytes, Status>> + Send + use<>, Status> {
+    ) -> Result<impl Stream<Item = Result<WireMessage, Status>> + Send + use<>, Status> {
         let interval = match max_rate_hz {
             0.0 => None,
             rate if rate >= RATE_MIN_HZ => Some(Duration::from_secs_f64(1.0 / rate)),
@@ -55,19 +54,9 @@ impl FrameLane {
             .frame_subscribers
             .fetch_add(1, Ordering::AcqRel);
         let subscriber = Subscriber {
-            present: Present(Arc::clone(&self.metrics)),
             // In this order: what is published after the count went up is meant for us.
-            first_serial: self.inbox.want_frame(),
+            holdings: Holdings::new(Arc::clone(&self.metrics), self.inbox.want_frame(), interval),
             frames: self.frames.clone(),
-            held: None,
-            shown: None,
-            count: None,
-            pace: interval.map(|interval| Pace {
-                interval,
-                due: None,
-            }),
-            n_skipped: 0,
-            ready: VecDeque::with_capacity(3),
         };
         Ok(futures_util::stream::unfold(
             subscriber,
@@ -91,9 +80,15 @@ impl Drop for Present {
 
 #[derive(Debug)]
 struct Subscriber {
+    frames: watch::Receiver<Published>,
+    holdings: Holdings,
+}
+
+/// What a subscriber has got, and what it gets next.
+#[derive(Debug)]
+struct Holdings {
     present: Present,
     first_serial: u64,
-    frames: watch::Receiver<Published>,
     /// Epoch and tick of the keyframe that was sent last.
     held: Option<(u64, u64)>,
     /// Epoch and tick of the frame that was sent last.
@@ -102,7 +97,7 @@ struct Subscriber {
     count: Option<u64>,
     pace: Option<Pace>,
     n_skipped: u64,
-    ready: VecDeque<Bytes>,
+    ready: VecDeque<WireMessage>,
 }
 
 /// A chosen rate.
@@ -137,13 +132,12 @@ impl Pace {
 }
 
 impl Subscriber {
-    async fn next(&mut self) -> Option<Bytes> {
+    async fn next(&mut self) -> Option<WireMessage> {
         loop {
-            if let Some(bytes) = self.ready.pop_front() {
-                self.present.0.frame_bytes_sent.inc_by(bytes.len() as u64);
-                return Some(bytes);
+            if let Some(message) = self.holdings.next_ready() {
+                return Some(message);
             }
-            if let Some(pace) = &self.pace
+            if let Some(pace) = &self.holdings.pace
                 && let Some(due) = pace.due
             {
                 let fresh = due + pace.interval.mul_f64(FRESH);
@@ -152,11 +146,36 @@ impl Subscriber {
                 // A closed lane is noticed below.
                 let _ = tokio::time::timeout_at(fresh, self.frames.changed()).await;
             }
-            let newest = self.frames.borrow_and_update().clone();
-            if !self.take(&newest) {
+            let has_news = self.holdings.take(&self.frames.borrow_and_update());
+            if !has_news {
                 self.frames.changed().await.ok()?;
             }
         }
+    }
+}
+
+impl Holdings {
+    fn new(metrics: Arc<Metrics>, first_serial: u64, interval: Option<Duration>) -> Self {
+        Self {
+            present: Present(metrics),
+            first_serial,
+            held: None,
+            shown: None,
+            count: None,
+            pace: interval.map(|interval| Pace {
+                interval,
+                due: None,
+            }),
+            n_skipped: 0,
+            ready: VecDeque::with_capacity(3),
+        }
+    }
+
+    fn next_ready(&mut self) -> Option<WireMessage> {
+        let message = self.ready.pop_front()?;
+        let n_bytes = message.message_len() as u64;
+        self.present.0.frame_bytes_sent.inc_by(n_bytes);
+        Some(message)
     }
 
     /// Makes ready what this subscriber lacks; false when it lacks nothing.
@@ -206,6 +225,6 @@ impl Subscriber {
         let response = v1::WatchFramesResponse {
             kind: Some(Kind::Skipped(note)),
         };
-        self.ready.push_back(Bytes::from(response.encode_to_vec()));
+        self.ready.push_back(WireMessage::new(&response));
     }
 }

@@ -10,6 +10,8 @@ pub mod devices;
 pub mod hands;
 /// Recordings.
 pub mod recordings;
+/// Streams that are encoded once for all.
+mod stream;
 /// The world: scene, frames, events, status.
 pub mod world;
 

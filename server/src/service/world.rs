@@ -3,16 +3,18 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use bytes::Bytes;
+use axum::body::Body;
+use axum::http;
 use futures_util::StreamExt;
 use tonic::{Request, Response, Status};
-use tsukamu_proto::encoded::world_server::World;
+use tsukamu_proto::unary::world_server::World;
 use tsukamu_proto::{PROTOCOL_MAJOR, PROTOCOL_MINOR, v1};
 
 use crate::convert::scene::scene_now;
 use crate::metrics::Metrics;
 
-use super::{Answers, Backend, off_thread};
+use super::stream::answer;
+use super::{Backend, off_thread};
 
 /// The service.
 #[derive(Clone, Debug)]
@@ -30,9 +32,6 @@ impl Drop for Present {
 
 #[tonic::async_trait]
 impl World for WorldService {
-    type WatchFramesStream = Answers<Bytes>;
-    type WatchEventsStream = Answers<Bytes>;
-
     async fn get_scene(
         &self,
         _: Request<v1::GetSceneRequest>,
@@ -46,31 +45,6 @@ impl World for WorldService {
         off_thread(move || Response::new(scene_now(&now))).await
     }
 
-    async fn watch_frames(
-        &self,
-        request: Request<v1::WatchFramesRequest>,
-    ) -> Result<Response<Self::WatchFramesStream>, Status> {
-        let frames = self.0.frames.watch(request.into_inner().max_rate_hz)?;
-        Ok(Response::new(Box::pin(frames)))
-    }
-
-    async fn watch_events(
-        &self,
-        request: Request<v1::WatchEventsRequest>,
-    ) -> Result<Response<Self::WatchEventsStream>, Status> {
-        let events = self.0.events.watch(request.into_inner().from_sequence)?;
-        self.0
-            .metrics
-            .event_subscribers
-            .fetch_add(1, Ordering::AcqRel);
-        let present = Present(Arc::clone(&self.0.metrics));
-        let counted = events.map(move |event| {
-            let _ = &present;
-            event
-        });
-        Ok(Response::new(Box::pin(counted)))
-    }
-
     async fn get_status(
         &self,
         _: Request<v1::GetStatusRequest>,
@@ -80,6 +54,30 @@ impl World for WorldService {
 }
 
 impl Backend {
+    /// Answers `WatchFrames`.
+    pub(crate) async fn watch_frames(self, request: http::Request<Body>) -> http::Response<Body> {
+        answer(request, |wanted: v1::WatchFramesRequest| {
+            self.frames.watch(wanted.max_rate_hz)
+        })
+        .await
+    }
+
+    /// Answers `WatchEvents`.
+    pub(crate) async fn watch_events(self, request: http::Request<Body>) -> http::Response<Body> {
+        answer(request, |wanted: v1::WatchEventsRequest| {
+            let events = self.events.watch(wanted.from_sequence)?;
+            self.metrics
+                .event_subscribers
+                .fetch_add(1, Ordering::AcqRel);
+            let present = Present(self.metrics);
+            Ok(events.map(move |event| {
+                let _ = &present;
+                event
+            }))
+        })
+        .await
+    }
+
     /// The daemon at a glance, as a message.
     pub fn status_now(&self) -> v1::GetStatusResponse {
         let (status, metrics) = (self.status.now(), &self.metrics);
