@@ -1,13 +1,23 @@
 //! Every kind of device by name, and how a session is made for it.
 
-use crate::glove::calibrate::GloveCalibration;
+use crate::glove::calibrate::{GloveCalibration, Handedness};
 use crate::glove::cyberglove::session::CyberGloveSession;
 use crate::glove::cyberglove::settings::CyberGloveSettings;
+use crate::glove::delimited::format::DelimitedSession;
+use crate::glove::delimited::settings::DelimitedSettings;
+use crate::glove::fivedt::format::FiveDtSession;
+use crate::glove::fivedt::settings::{FiveDtSettings, Model};
 use crate::glove::lucidglove::session::LucidGloveSession;
 use crate::glove::lucidglove::settings::LucidGloveSettings;
+use crate::glove::opencyberglove::format::{OpenCyberGloveSession, OpenCyberGloveSettings};
 use crate::session::Session;
+use crate::source::rokoko::settings::RokokoSettings;
+use crate::source::session::{SourceSession, station_of};
+use crate::source::{rokoko, udcap, vmc};
 use crate::tracker::fastrak::session::FastrakSession;
 use crate::tracker::fastrak::settings::FastrakSettings;
+use crate::vrpn::session::VrpnSession;
+use crate::vrpn::settings::{MAX_SENSORS, VrpnSettings};
 
 /// A kind of device with what it is to be asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,8 +26,22 @@ pub enum Driver {
     CyberGlove(CyberGloveSettings),
     /// LucidGloves and others that speak the OpenGloves protocol.
     LucidGlove(LucidGloveSettings),
+    /// 5DT data gloves of 5, 14 and 16.
+    FiveDt(FiveDtSettings),
+    /// A glove that prints lines of numbers.
+    Delimited(DelimitedSettings),
+    /// OpenCyberGlove.
+    OpenCyberGlove(OpenCyberGloveSettings),
     /// Polhemus Fastrak.
     Fastrak(FastrakSettings),
+    /// A tracker, an analog or buttons of a VRPN server.
+    Vrpn(VrpnSettings),
+    /// A program that sends an avatar's bones by the VMC protocol.
+    Vmc,
+    /// Rokoko Studio.
+    Rokoko(RokokoSettings),
+    /// The bridge of UDCAP gloves.
+    Udcap,
 }
 
 /// What a device can be to a hand.
@@ -52,7 +76,14 @@ impl Driver {
         match self {
             Self::CyberGlove(_) => "cyberglove",
             Self::LucidGlove(_) => "lucidglove",
+            Self::FiveDt(_) => "5dt",
+            Self::Delimited(_) => "delimited",
+            Self::OpenCyberGlove(_) => "opencyberglove",
             Self::Fastrak(_) => "fastrak",
+            Self::Vrpn(_) => "vrpn",
+            Self::Vmc => "vmc",
+            Self::Rokoko(_) => "rokoko",
+            Self::Udcap => "udcap",
         }
     }
 
@@ -60,8 +91,15 @@ impl Driver {
     #[must_use]
     pub const fn role(&self) -> Role {
         match self {
-            Self::CyberGlove(_) | Self::LucidGlove(_) => Role::Glove,
+            Self::CyberGlove(_)
+            | Self::LucidGlove(_)
+            | Self::FiveDt(_)
+            | Self::Delimited(_)
+            | Self::OpenCyberGlove(_)
+            | Self::Udcap => Role::Glove,
             Self::Fastrak(_) => Role::Tracker,
+            Self::Vrpn(settings) => settings.role(),
+            Self::Vmc | Self::Rokoko(_) => Role::Both,
         }
     }
 
@@ -69,11 +107,38 @@ impl Driver {
     #[must_use]
     pub fn has_station(&self, station: u16) -> bool {
         match self {
-            Self::CyberGlove(_) | Self::LucidGlove(_) => false,
+            Self::CyberGlove(_)
+            | Self::LucidGlove(_)
+            | Self::FiveDt(_)
+            | Self::Delimited(_)
+            | Self::OpenCyberGlove(_)
+            | Self::Udcap => false,
             Self::Fastrak(settings) => station
                 .checked_sub(1)
                 .and_then(|index| settings.stations.get(usize::from(index)))
                 .is_some_and(|used| *used),
+            Self::Vrpn(_) => (1..=MAX_SENSORS as u16).contains(&station),
+            Self::Vmc | Self::Rokoko(_) => (1..=2).contains(&station),
+        }
+    }
+
+    /// The station of a hand where none is named: a source that reports both hands has one for each.
+    #[must_use]
+    pub const fn usual_station(&self, hand: Handedness) -> u16 {
+        match self {
+            Self::Vmc | Self::Rokoko(_) => station_of(hand),
+            _ => 1,
+        }
+    }
+
+    /// The port that its sender usually sends to; `None` for whatever does not come as datagrams, and only as such.
+    #[must_use]
+    pub const fn usual_datagram_port(&self) -> Option<u16> {
+        match self {
+            Self::Vmc => Some(vmc::USUAL_PORT),
+            Self::Rokoko(_) => Some(rokoko::USUAL_PORT),
+            Self::Udcap => Some(udcap::USUAL_PORT),
+            _ => None,
         }
     }
 
@@ -81,7 +146,16 @@ impl Driver {
     #[must_use]
     pub const fn usual_bauds(&self) -> &'static [u32] {
         match self {
+            // There is no line.
+            Self::Vrpn(_) | Self::Vmc | Self::Rokoko(_) | Self::Udcap => &[],
             Self::CyberGlove(_) | Self::LucidGlove(_) | Self::Fastrak(_) => &[115_200],
+            Self::FiveDt(settings) => match settings.model {
+                Model::FiveWireless => &[9_600],
+                Model::Five | Model::Fourteen | Model::Sixteen => &[19_200],
+            },
+            // The second is what most sketches begin with.
+            Self::Delimited(_) => &[115_200, 9_600],
+            Self::OpenCyberGlove(_) => &[1_000_000],
         }
     }
 
@@ -95,7 +169,18 @@ impl Driver {
             Self::LucidGlove(settings) => {
                 Box::new(LucidGloveSession::new(settings.clone(), calibration))
             }
+            Self::FiveDt(settings) => Box::new(FiveDtSession::new(settings.clone(), calibration)),
+            Self::Delimited(settings) => {
+                Box::new(DelimitedSession::new(settings.clone(), calibration))
+            }
+            Self::OpenCyberGlove(settings) => {
+                Box::new(OpenCyberGloveSession::new(settings.clone(), calibration))
+            }
             Self::Fastrak(settings) => Box::new(FastrakSession::new(settings.clone())),
+            Self::Vrpn(settings) => Box::new(VrpnSession::new(settings.clone(), calibration)),
+            Self::Vmc => Box::new(SourceSession::vmc(calibration)),
+            Self::Rokoko(settings) => Box::new(SourceSession::rokoko(settings, calibration)),
+            Self::Udcap => Box::new(SourceSession::udcap(calibration)),
         }
     }
 }
