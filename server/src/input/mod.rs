@@ -8,6 +8,8 @@
 
 /// From a glove's and a tracker's readings to joint angles and wrist poses.
 pub mod assemble;
+/// What the world does to the fingers in a glove.
+pub mod feedback;
 /// The filter of a whole hand.
 pub mod filter;
 /// A glove's and a tracker's streams, joined by time into one hand.

@@ -19,6 +19,7 @@ use crate::settings::hand::HandSettings;
 use crate::ticker::request::{NewDriver, NewHand, Refusal, Request, TickerHandle};
 
 use super::assemble::{Assembly, Mount};
+use super::feedback::Feel;
 use super::sources::{Arrived, Source, Sources};
 
 /// Where the ports' threads find the recording that wants their bytes; cheap to clone.
@@ -112,8 +113,10 @@ impl SerialPorts {
         };
         let rows: Vec<Arc<Source>> = devices.iter().map(add).collect();
         let mut of_port: Vec<Vec<HandOfPort>> = vec![Vec::new(); devices.len()];
+        let mut sources = Vec::with_capacity(hands.len());
         for hand in hands {
             let (source, assembly) = join(hand, devices, context)?;
+            sources.push(Arc::clone(&source));
             let part = HandOfPort {
                 station: hand.station,
                 assembly,
@@ -130,9 +133,12 @@ impl SerialPorts {
             .zip(rows)
             .zip(of_port)
             .map(|((device, row), hands)| spawn(device, row, hands, context));
-        Ok(Self {
-            threads: threads.collect::<io::Result<_>>()?,
-        })
+        let threads: Vec<PortThread> = threads.collect::<io::Result<_>>()?;
+        for (hand, source) in hands.iter().zip(sources) {
+            let glove = threads[hand.glove].session();
+            source.set_feel(Feel::new(hand.feedback_strength, glove));
+        }
+        Ok(Self { threads })
     }
 
     /// Makes the devices quiet and closes their ports, all at once; within about 0.3 s each.

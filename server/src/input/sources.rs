@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use nalgebra::Isometry3;
 use tokio::sync::watch;
@@ -13,6 +13,7 @@ use tsukamu_world::state::HandId;
 use crate::convert::device::hand_stream;
 
 use super::fusion::StreamReport;
+use super::feedback::Feel;
 use super::meter::Meter;
 
 /// Samples that wait for a step, at most: the newest wins, the others are kept for the recording only. A glove and a
@@ -79,6 +80,8 @@ pub struct Source {
     pub place: String,
     /// Id + 1 of the hand it drives, 0 for none.
     hand: AtomicU32,
+    /// The glove that is told what the hand touches, if there is one.
+    feel: OnceLock<Feel>,
     lane: Mutex<Lane>,
     changed: Arc<watch::Sender<u64>>,
 }
@@ -173,6 +176,16 @@ impl Source {
         if is_news {
             self.changed.send_modify(|n| *n += 1);
         }
+    }
+
+    /// From now on that glove is told what the hand touches; only the first call counts.
+    pub fn set_feel(&self, feel: Feel) {
+        self.feel.get_or_init(|| feel);
+    }
+
+    /// The glove that is told what the hand touches.
+    pub fn feel(&self) -> Option<&Feel> {
+        self.feel.get()
     }
 
     /// The hand it drives, if it drives one.
@@ -273,6 +286,7 @@ impl Sources {
             kind,
             place,
             hand: AtomicU32::new(0),
+            feel: OnceLock::new(),
             lane: Mutex::new(Lane {
                 waiting: VecDeque::new(),
                 meter: Meter::default(),

@@ -26,6 +26,8 @@ pub struct HandSettings {
     pub model: HandModel,
     /// How its two streams are filtered, predicted and joined.
     pub fusion: FusionSettings,
+    /// Share of its glove's full force with which a finger that touches something is stopped, 0 to 1.
+    pub feedback_strength: f64,
 }
 
 /// Every hand. One with a mistake is left out, and the sheet says why.
@@ -73,6 +75,9 @@ fn read(
         .unwrap_or(0.0);
     let palm_contacts = keys.flag(sheet, "palm_contacts").unwrap_or(false);
     let fusion = stream::read(keys, sheet);
+    let feedback_strength = keys
+        .number(sheet, "feedback_strength", Bounds::within(0.0, 1.0, ""))
+        .unwrap_or(1.0);
     let adult = HandModel::adult(if side? == "left" {
         Side::Left
     } else {
@@ -102,6 +107,7 @@ fn read(
         station,
         model,
         fusion,
+        feedback_strength,
     })
 }
 

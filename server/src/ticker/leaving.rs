@@ -12,6 +12,7 @@ use crate::convert::frame::ObjectNow;
 use crate::convert::hand::hand_seen;
 use crate::convert::input::step_input;
 use crate::convert::scene::surroundings;
+use crate::input::feedback::fingers_of;
 use crate::input::intake::{DriveNow, Driver, Feed, StepTime};
 use crate::input::sources::Arrived;
 use crate::recorder_handle::{RecordItem, RecorderHandle};
@@ -145,14 +146,26 @@ impl Engine {
         recorder.offer(self.stamp.wall_ns, RecordItem::Digest(digest));
     }
 
-    /// Tells the clients that drive hands how these stand; newest wins.
+    /// Tells the gloves and the clients that drive hands how these stand; newest wins.
     pub(super) fn answer_drivers(&mut self) {
+        let now_ns = self.now_ns();
         for driver in &self.drivers {
+            let feel = driver.source.feel();
+            if feel.is_none() && !matches!(driver.feed, Feed::Remote { .. }) {
+                continue;
+            }
+            self.touches.clear();
+            self.world.contacts_of(driver.hand, &mut self.touches);
+            if let Some(feel) = feel {
+                // What the hands of a recording touch is not for those who watch it.
+                if self.playback.is_some() {
+                    self.touches.clear();
+                }
+                feel.tell(now_ns, fingers_of(&driver.model, &self.touches));
+            }
             let Feed::Remote { answers } = &driver.feed else {
                 continue;
             };
-            self.touches.clear();
-            self.world.contacts_of(driver.hand, &mut self.touches);
             let applied = driver.applied();
             let holds = self
                 .world

@@ -6,6 +6,7 @@
     reason = "a test ends where what it stands on is missing"
 )]
 
+mod feedback;
 mod rig;
 mod seen;
 

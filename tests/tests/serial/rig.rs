@@ -74,7 +74,7 @@ impl Stage {
     }
 
     /// Time of the motion, seconds.
-    fn time_s(&self) -> f64 {
+    pub(crate) fn time_s(&self) -> f64 {
         let start = *self.0.lock().unwrap_or_else(PoisonError::into_inner);
         start.map_or(0.0, |start| start.elapsed().as_secs_f64())
     }
@@ -177,7 +177,12 @@ pub(crate) fn config(folder: &Folder, scene: &str, n_sensors: u32) -> DaemonConf
         glove = file("glove"),
         tracker = file("tracker"),
     );
-    let settings = settings::parse("test.toml", &text, Path::new(""), &Overrides::default())
+    daemon_config(&text)
+}
+
+/// A daemon with these settings, on which nothing moves by itself.
+pub(crate) fn daemon_config(text: &str) -> DaemonConfig {
+    let settings = settings::parse("test.toml", text, Path::new(""), &Overrides::default())
         .unwrap_or_else(|mistakes| panic!("{mistakes}"));
     let plan = plan(&load(&settings.world.scene).unwrap(), Cast::Nobody).unwrap();
     DaemonConfig {

@@ -2,6 +2,7 @@
 
 mod cyberglove;
 mod fastrak;
+mod lucidglove;
 
 use std::path::{Path, PathBuf};
 
@@ -45,7 +46,11 @@ const BAUDS_MAX: usize = 8;
 type Reader = fn(&mut Keys<'_>, &mut Sheet<'_>) -> Option<Driver>;
 
 /// Every kind by name.
-const KINDS: [(&str, Reader); 2] = [("cyberglove", cyberglove::read), ("fastrak", fastrak::read)];
+const KINDS: [(&str, Reader); 3] = [
+    ("cyberglove", cyberglove::read),
+    ("lucidglove", lucidglove::read),
+    ("fastrak", fastrak::read),
+];
 
 /// Every device. One with a mistake is left out, and the sheet says why.
 pub(super) fn read_all(
