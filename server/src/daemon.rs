@@ -17,6 +17,8 @@ use tracing::{info, warn};
 use crate::broadcast::inbox::Inbox;
 use crate::broadcast::publisher::{Published, Publisher};
 use crate::broadcast::subscriber::FrameLane;
+use crate::calibration::desk::CalibrationDesk;
+use crate::calibration::taps::Taps;
 use crate::clock::Clock;
 use crate::event_log::{EventLog, event_log};
 use crate::front;
@@ -180,6 +182,7 @@ pub async fn start(config: DaemonConfig) -> Result<Daemon, DaemonError> {
         ticker: backend.ticker.clone(),
         raw_tap: outlets.raw_tap,
         clock: outlets.clock,
+        taps: backend.calibration.taps().clone(),
     };
     let ports = Some(SerialPorts::open(&config.devices, &config.hands, &context)?);
     if config.recording.from_start {
@@ -224,6 +227,7 @@ fn backend(
         metrics,
         status: Arc::clone(&outlets.status),
         recordings: Arc::new(recordings),
+        calibration: Arc::new(CalibrationDesk::new(Taps::default())),
         clock: outlets.clock,
         stopping,
     }

@@ -19,6 +19,8 @@ use tonic::body::Body;
 use tonic::service::Routes;
 use tsukamu_proto::FILE_DESCRIPTOR_SET;
 use tsukamu_proto::unary::world_server::WorldServer;
+use tsukamu_proto::v1::HandStream;
+use tsukamu_proto::v1::calibration_server::CalibrationServer;
 use tsukamu_proto::v1::clock_server::ClockServer;
 use tsukamu_proto::v1::control_server::ControlServer;
 use tsukamu_proto::v1::devices_server::DevicesServer;
@@ -26,6 +28,7 @@ use tsukamu_proto::v1::hands_server::HandsServer;
 use tsukamu_proto::v1::recordings_server::RecordingsServer;
 
 use crate::service::Backend;
+use crate::service::calibration::CalibrationService;
 use crate::service::clock::ClockService;
 use crate::service::control::ControlService;
 use crate::service::devices::DevicesService;
@@ -124,6 +127,9 @@ async fn services(backend: Backend) -> io::Result<Routes> {
     health
         .set_serving::<RecordingsServer<RecordingsService>>()
         .await;
+    health
+        .set_serving::<CalibrationServer<CalibrationService>>()
+        .await;
     health.set_serving::<ClockServer<ClockService>>().await;
     let control = ControlServer::new(ControlService(backend.clone()))
         .max_decoding_message_size(COMMAND_BYTES_MAX);
@@ -132,6 +138,7 @@ async fn services(backend: Backend) -> io::Result<Routes> {
         .add_service(control)
         .add_service(DevicesServer::new(DevicesService(backend.clone())))
         .add_service(RecordingsServer::new(RecordingsService(backend.clone())))
+        .add_service(CalibrationServer::new(CalibrationService(backend.clone())))
         .add_service(ClockServer::new(ClockService(backend)))
         .add_service(health_service)
         .add_service(reflection))
@@ -149,6 +156,14 @@ async fn metrics(State(backend): State<Backend>) -> impl IntoResponse {
     )
 }
 
+/// One stream of a hand on the status page.
+fn stream(stream: &HandStream) -> Value {
+    json!({
+        "lag_s": stream.lag_s, "lead_s": stream.lead_s, "age_s": stream.age_s,
+        "position_error_m": stream.position_error_m, "angle_error_rad": stream.angle_error_rad,
+    })
+}
+
 /// The status page's numbers.
 async fn status(State(backend): State<Backend>) -> impl IntoResponse {
     let status = backend.status_now();
@@ -156,6 +171,7 @@ async fn status(State(backend): State<Backend>) -> impl IntoResponse {
     let devices: Vec<Value> = backend.devices_now().devices.into_iter().map(|device| json!({
         "name": device.name, "kind": device.kind, "place": device.place, "state": device.state,
         "error": device.error, "rate_hz": device.rate_hz, "age_s": device.age_s, "dropped": device.dropped, "superseded": device.superseded,
+        "wrist": device.wrist.as_ref().map(stream), "fingers": device.fingers.as_ref().map(stream),
     })).collect();
     let all = json!({
         "version": status.version, "scene": status.scene, "model": status.model, "mode": status.mode,

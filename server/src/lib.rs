@@ -20,6 +20,8 @@ pub mod front;
 pub mod service;
 /// From a loaded scene to what an epoch begins with.
 pub mod plan;
+/// Calibration of devices while they run.
+pub mod calibration;
 /// The folder of recordings.
 pub mod recording_desk;
 /// The frame lane: encoded once, newest wins.

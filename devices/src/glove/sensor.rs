@@ -90,6 +90,41 @@ impl GloveSensor {
         self as usize
     }
 
+    /// The name in calibration files and on our wire.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::ThumbRotation => "thumb_rotation",
+            Self::ThumbMcp => "thumb_mcp",
+            Self::ThumbIp => "thumb_ip",
+            Self::ThumbAbduction => "thumb_abduction",
+            Self::IndexMcp => "index_mcp",
+            Self::IndexPip => "index_pip",
+            Self::IndexDip => "index_dip",
+            Self::MiddleMcp => "middle_mcp",
+            Self::MiddlePip => "middle_pip",
+            Self::MiddleDip => "middle_dip",
+            Self::MiddleIndexAbduction => "middle_index_abduction",
+            Self::RingMcp => "ring_mcp",
+            Self::RingPip => "ring_pip",
+            Self::RingDip => "ring_dip",
+            Self::RingMiddleAbduction => "ring_middle_abduction",
+            Self::LittleMcp => "little_mcp",
+            Self::LittlePip => "little_pip",
+            Self::LittleDip => "little_dip",
+            Self::LittleRingAbduction => "little_ring_abduction",
+            Self::PalmArch => "palm_arch",
+            Self::WristFlexion => "wrist_flexion",
+            Self::WristAbduction => "wrist_abduction",
+        }
+    }
+
+    /// The sensor of that name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|sensor| sensor.name() == name)
+    }
+
     /// The sensor of a wire slot; `None` for the two slots without one, and beyond the last.
     #[must_use]
     pub fn from_slot(slot: usize) -> Option<Self> {

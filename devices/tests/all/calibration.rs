@@ -174,3 +174,17 @@ fn counts_are_the_inverse_of_angles() {
         );
     }
 }
+
+#[test]
+fn a_sensors_name_is_its_key_in_the_file() {
+    for sensor in GloveSensor::ALL {
+        let file = format!("absent = [\"{}\"]", sensor.name());
+        let calibration: GloveCalibration = toml::from_str(&file).unwrap();
+        assert!(calibration.absent.contains(&sensor));
+        assert_eq!(GloveSensor::from_name(sensor.name()), Some(sensor));
+        let again: GloveCalibration =
+            toml::from_str(&toml::to_string(&calibration).unwrap()).unwrap();
+        assert_eq!(again, calibration);
+    }
+    assert_eq!(GloveSensor::from_name("nose"), None);
+}

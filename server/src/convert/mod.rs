@@ -6,6 +6,8 @@
 
 /// Vectors, rotations, poses, small enumerations.
 pub mod basic;
+/// Readings, calibrations, rooms and mounts.
+pub mod calibration;
 /// What is told about a device.
 pub mod device;
 /// Changes of state.

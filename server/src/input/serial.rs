@@ -12,6 +12,7 @@ use tsukamu_devices::session::{DeviceEvent, SessionState, SessionStats, StateCha
 use tsukamu_devices::timing::Stamped;
 use tsukamu_proto::v1;
 
+use crate::calibration::taps::Taps;
 use crate::clock::Clock;
 use crate::recorder_handle::{RecordItem, RecorderHandle};
 use crate::settings::device::DeviceSettings;
@@ -79,6 +80,8 @@ pub struct PortContext {
     pub raw_tap: RawTap,
     /// The time that all stamps share.
     pub clock: Clock,
+    /// Where calibration finds the devices.
+    pub taps: Taps,
 }
 
 /// Why ports cannot be served.
@@ -173,8 +176,12 @@ fn join(
         hand: Box::new(new),
         reply,
     })?;
-    let assembly = Assembly::new(hand.model.side, mount);
-    Ok((source, Arc::new(Mutex::new(assembly))))
+    let assembly = Arc::new(Mutex::new(Assembly::new(hand.model.side, mount)));
+    let devices = (glove.name.as_str(), tracker.name.as_str());
+    context
+        .taps
+        .add_hand(devices, hand.station, mount, Arc::clone(&assembly));
+    Ok((source, assembly))
 }
 
 fn spawn(
@@ -190,8 +197,13 @@ fn spawn(
     };
     let port_clock = PortClock::new(context.clock.origin());
     let (tap, clock) = (context.raw_tap.clone(), context.clock);
+    let reads = context.taps.add(device);
+    let shown = Arc::clone(&reads);
     let deliver = move |event: PortEvent<'_>| match event {
-        PortEvent::Device(event) => take(&row, &hands, event),
+        PortEvent::Device(event) => {
+            shown.offer(&event);
+            take(&row, &hands, event);
+        }
         PortEvent::Stats(stats) => note_stats(&row, &stats),
         PortEvent::Raw {
             stamp_ns,
@@ -203,7 +215,9 @@ fn spawn(
         PortEvent::Raw { .. } => {}
     };
     let session = device.driver.session((*device.calibration).clone());
-    network::spawn(settings, session, port_clock, deliver)
+    let thread = network::spawn(settings, session, port_clock, deliver)?;
+    reads.set_session(thread.session());
+    Ok(thread)
 }
 
 /// Hands a reading to the hands that it belongs to.

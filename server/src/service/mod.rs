@@ -1,5 +1,7 @@
 //! The gRPC services: a few lines each.
 
+/// Calibration of gloves and trackers.
+pub mod calibration;
 /// The daemon's clock.
 pub mod clock;
 /// Commands.
@@ -23,6 +25,7 @@ use tokio::sync::watch;
 use tonic::Status;
 
 use crate::broadcast::subscriber::FrameLane;
+use crate::calibration::desk::CalibrationDesk;
 use crate::clock::Clock;
 use crate::event_log::EventLog;
 use crate::input::sources::Sources;
@@ -48,6 +51,8 @@ pub struct Backend {
     pub status: Arc<StatusBoard>,
     /// Recordings.
     pub recordings: Arc<RecordingDesk>,
+    /// Calibration of devices.
+    pub calibration: Arc<CalibrationDesk>,
     /// The time.
     pub clock: Clock,
     /// True when the daemon stops.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use tsukamu_devices::glove::calibrate::GloveCalibration;
+use tsukamu_devices::glove::calibrate::{GloveCalibration, MountOffset};
 
 use crate::document::mistake::{Mistake, Mistakes, Sheet};
 
@@ -49,4 +49,18 @@ pub fn parse(origin: &str, text: &str) -> Result<GloveCalibration, Mistakes> {
             Err(sheet.into_mistakes())
         }
     }
+}
+
+/// A mount as the table of a calibration file.
+pub fn mount_text(mount: &MountOffset) -> String {
+    let numbers = |values: &[f64]| {
+        let rounded = values.iter().map(|value| (value * 1e6).round() / 1e6 + 0.0);
+        let texts: Vec<String> = rounded.map(|value| format!("{value:?}")).collect();
+        texts.join(", ")
+    };
+    format!(
+        "[mount]\nposition_m = [{}]\nrotation_xyzw = [{}]\n",
+        numbers(&mount.position_m),
+        numbers(&mount.rotation_xyzw)
+    )
 }

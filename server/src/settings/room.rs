@@ -52,6 +52,11 @@ pub fn load(file: &Path) -> Result<Isometry3<f64>, Mistakes> {
     sheet.into_mistakes().or_value(found)
 }
 
+/// `transmitter_rotation_deg` of a place: yaw, pitch, roll.
+pub fn yaw_pitch_roll(world_from_transmitter: &Isometry3<f64>) -> [f64; 3] {
+    yaw_pitch_roll_deg(&world_from_transmitter.rotation)
+}
+
 /// The two keys as text.
 pub fn text(world_from_transmitter: &Isometry3<f64>) -> String {
     let numbers = |values: [f64; 3], digits: usize| {
@@ -61,7 +66,7 @@ pub fn text(world_from_transmitter: &Isometry3<f64>) -> String {
         rounded.map(|value| format!("{value:?}")).join(", ")
     };
     let position = numbers(world_from_transmitter.translation.vector.into(), 6);
-    let rotation = numbers(yaw_pitch_roll_deg(&world_from_transmitter.rotation), 5);
+    let rotation = numbers(yaw_pitch_roll(world_from_transmitter), 5);
     format!("{} = [{position}]\n{} = [{rotation}]\n", KEYS[0], KEYS[1])
 }
 
