@@ -81,7 +81,7 @@ pub async fn serve(
 }
 
 /// Lets the system find out that a peer has vanished without a word: a machine that was switched off, a cable.
-fn notice_silence(socket: &TcpStream) -> io::Result<()> {
+pub(crate) fn notice_silence(socket: &TcpStream) -> io::Result<()> {
     let socket = SockRef::from(socket);
     socket.set_tcp_keepalive(
         &TcpKeepalive::new()

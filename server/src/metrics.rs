@@ -10,6 +10,10 @@ use prometheus_client::metrics::histogram::Histogram;
 use prometheus_client::registry::{Registry, Unit};
 use tsukamu_proto::v1;
 
+use streams::StreamFamilies;
+
+mod streams;
+
 /// Upper bounds of the step time's buckets, seconds.
 const STEP_TIME_BUCKETS_S: [f64; 13] = [
     2e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 1e-1,
@@ -55,7 +59,51 @@ pub struct Metrics {
     pub event_subscribers: AtomicUsize,
     n_frame_subscribers: Gauge,
     n_event_subscribers: Gauge,
+    /// The VRPN server.
+    pub vrpn: VrpnMetrics,
     sources: SourceFamilies,
+    streams: StreamFamilies,
+}
+
+/// Counters of the VRPN server.
+#[derive(Debug)]
+pub struct VrpnMetrics {
+    /// Clients that are connected.
+    pub clients: AtomicUsize,
+    n_clients: Gauge,
+    /// Clients that were dropped: they took nothing, or what they said was wrong.
+    pub clients_dropped: Counter,
+    /// Pictures of the world handed to clients, all together.
+    pub pictures_sent: Counter,
+    /// Pictures that clients missed because they were slow.
+    pub pictures_skipped: Counter,
+    /// Bytes handed to clients.
+    pub bytes_sent: Counter,
+}
+
+impl VrpnMetrics {
+    fn new(r: &mut Registry) -> Self {
+        Self {
+            clients: AtomicUsize::new(0),
+            n_clients: gauge(r, "vrpn_clients", "VRPN clients"),
+            clients_dropped: counter(
+                r,
+                "vrpn_clients_dropped",
+                "VRPN clients that took nothing, could not be reached or said what is wrong",
+            ),
+            pictures_sent: counter(
+                r,
+                "vrpn_pictures_sent",
+                "Pictures of the world handed to VRPN clients",
+            ),
+            pictures_skipped: counter(
+                r,
+                "vrpn_pictures_skipped",
+                "Pictures of the world that slow VRPN clients missed",
+            ),
+            bytes_sent: counter(r, "vrpn_bytes_sent", "Bytes handed to VRPN clients"),
+        }
+    }
 }
 
 #[derive(Debug, Default)]
@@ -99,7 +147,9 @@ impl Metrics {
             event_subscribers: AtomicUsize::new(0),
             n_frame_subscribers: gauge(r, "frame_subscribers", "Subscribers of frames"),
             n_event_subscribers: gauge(r, "event_subscribers", "Subscribers of events"),
+            vrpn: VrpnMetrics::new(r),
             sources: SourceFamilies::new(r),
+            streams: StreamFamilies::new(r),
             registry,
         }
     }
@@ -120,7 +170,11 @@ impl Metrics {
             .set(self.frame_subscribers.load(Ordering::Relaxed) as i64);
         self.n_event_subscribers
             .set(self.event_subscribers.load(Ordering::Relaxed) as i64);
+        self.vrpn
+            .n_clients
+            .set(self.vrpn.clients.load(Ordering::Relaxed) as i64);
         self.sources.fill(sources);
+        self.streams.fill(sources);
         let mut out = String::new();
         text::encode(&mut out, &self.registry).expect("a string takes every text");
         out

@@ -3,7 +3,9 @@ use console::{Style, Term};
 use serde_json::{Value, json};
 use tsukamu_client::connect::Client;
 use tsukamu_client::view::Stamp;
-use tsukamu_proto::v1::{Device, ListDevicesRequest, ListDevicesResponse, WatchDevicesRequest};
+use tsukamu_proto::v1::{
+    Device, HandStream, ListDevicesRequest, ListDevicesResponse, WatchDevicesRequest,
+};
 
 use super::args::DevicesArgs;
 use super::format::{printable, rate, size, span, table};
@@ -97,5 +99,16 @@ fn device_json(device: &Device) -> Value {
         "longest_gap_s": device.longest_gap_s, "age_s": (device.age_s >= 0.0).then_some(device.age_s),
         "samples": device.samples, "dropped": device.dropped, "superseded": device.superseded, "resyncs": device.resyncs, "bytes": device.bytes,
         "reconnects": device.reconnects, "hand_id": device.hand.checked_sub(1), "filter_lag_s": device.filter_lag_s,
+        "wrist": device.wrist.as_ref().map(stream_json), "fingers": device.fingers.as_ref().map(stream_json),
+    })
+}
+
+fn stream_json(stream: &HandStream) -> Value {
+    json!({
+        "delay_s": stream.delay_s, "lag_s": stream.lag_s, "filter_lag_s": stream.filter_lag_s, "lead_s": stream.lead_s,
+        "age_s": (stream.age_s >= 0.0).then_some(stream.age_s),
+        "position_error_m": stream.position_error_m, "angle_error_rad": stream.angle_error_rad,
+        "unpredicted_position_error_m": stream.unpredicted_position_error_m,
+        "unpredicted_angle_error_rad": stream.unpredicted_angle_error_rad,
     })
 }

@@ -19,7 +19,7 @@ use nalgebra::Isometry3;
 use tsukamu_world::hand::sample::{FingerPose, HandSample, JointAngles, N_ANGLES};
 
 use super::moving::Moving;
-use super::predict::{FINGERS_DAMPING_S, WRIST_DAMPING_S};
+use super::predict::{FINGERS, WRIST};
 use super::sources::Seen;
 use super::stream::{Stream, StreamSettings, Times};
 
@@ -104,8 +104,8 @@ impl Fusion {
     pub fn new(settings: FusionSettings) -> Self {
         Self {
             between: settings.between,
-            wrist: Stream::new(settings.wrist, WRIST_DAMPING_S),
-            fingers: Stream::new(settings.fingers, FINGERS_DAMPING_S),
+            wrist: Stream::new(settings.wrist, WRIST),
+            fingers: Stream::new(settings.fingers, FINGERS),
             lag: None,
             shown_ns: None,
             has_news: false,
@@ -254,3 +254,6 @@ fn stream_error<T: Moving<N>, const N: usize>([first, second]: [f64; 2]) -> Stre
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

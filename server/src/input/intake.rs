@@ -257,6 +257,9 @@ fn joined(
 }
 
 #[cfg(test)]
+mod pauses;
+
+#[cfg(test)]
 mod tests {
     use nalgebra::{Isometry3, Translation3, UnitQuaternion};
     use tsukamu_motion::track::TrackHand;

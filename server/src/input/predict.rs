@@ -10,8 +10,8 @@
 //!   smoothed += v Δt + (1 - θ²) error      v += (1 - θ)² error / Δt
 //! ```
 //!
-//! What is added to is the newest sample itself: the smoothed value would be quieter, but further off on recorded hands at
-//! every lead. Memory and damping were chosen by the error on recorded hands (`tests` of this module).
+//! It is added to the newest sample itself: the smoothed value is quieter, but was further off on recorded hands at every
+//! lead. Memory and damping were chosen by the error on recorded hands, which the tests of this module print.
 
 use nalgebra::SVector;
 
@@ -19,17 +19,38 @@ use super::moving::Moving;
 
 /// Longest prediction, in seconds.
 pub const LEAD_MAX_S: f64 = 0.1;
-/// Memory `M` of the trend, in seconds: a shorter one is too restless for a glove of 8 bits, a longer one too slow for a throw.
-const MEMORY_S: f64 = 0.01;
-/// Damping time `T` of a wrist's velocity, in seconds.
-pub const WRIST_DAMPING_S: f64 = 0.2;
-/// Damping time `T` of the fingers' velocity, in seconds: fingers start and stop within a few hundredths of a second.
-pub const FINGERS_DAMPING_S: f64 = 0.05;
+/// Shortest time that a jump is told by, in seconds: of two samples at nearly one time it takes little to be fast.
+const JUMP_TIME_MIN_S: f64 = 0.005;
+
+/// How something moves that a hand moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Habit {
+    /// Memory `M` of its trend, in seconds: a shorter one is too restless for the device, a longer one too slow for a throw.
+    pub memory_s: f64,
+    /// Damping time `T` of its velocity, in seconds.
+    pub damping_s: f64,
+    /// Speed of a change's two kinds, per second, that no hand reaches: beyond it a sensor jumped, and nothing follows
+    /// from it.
+    pub jump_speed: [f64; 2],
+}
+
+/// A wrist: m/s and rad/s.
+pub const WRIST: Habit = Habit {
+    memory_s: 0.005,
+    damping_s: 0.2,
+    jump_speed: [20.0, 50.0],
+};
+/// Joint angles, rad/s: fingers start and stop within a few hundredths of a second.
+pub const FINGERS: Habit = Habit {
+    memory_s: 0.01,
+    damping_s: 0.05,
+    jump_speed: [30.0, 30.0],
+};
 
 /// The trend of one stream.
 #[derive(Clone, Debug)]
 pub struct Trend<T, const N: usize> {
-    damping_s: f64,
+    habit: Habit,
     memory: Option<Memory<T, N>>,
 }
 
@@ -42,10 +63,10 @@ struct Memory<T, const N: usize> {
 }
 
 impl<T: Moving<N>, const N: usize> Trend<T, N> {
-    /// A trend of which nothing is known, with that damping time.
-    pub const fn new(damping_s: f64) -> Self {
+    /// A trend of which nothing is known.
+    pub const fn new(habit: Habit) -> Self {
         Self {
-            damping_s,
+            habit,
             memory: None,
         }
     }
@@ -66,11 +87,22 @@ impl<T: Moving<N>, const N: usize> Trend<T, N> {
             return;
         };
         let elapsed_s = (at_ns - memory.at_ns).max(1) as f64 * 1.0e-9;
-        let kept = (-elapsed_s / MEMORY_S).exp();
+        let kept = (-elapsed_s / self.habit.memory_s).exp();
         let expected = memory.smoothed.moved(&(memory.velocity * elapsed_s));
-        let error = value.change_from(&expected);
-        memory.smoothed = expected.moved(&(error * (1.0 - kept * kept)));
+        let mut error = value.change_from(&expected);
         memory.velocity += error * ((1.0 - kept) * (1.0 - kept) / elapsed_s);
+        let jump = self
+            .habit
+            .jump_speed
+            .map(|speed| speed * elapsed_s.max(JUMP_TIME_MIN_S));
+        for row in 0..N {
+            if error[row].abs() > jump[usize::from(row >= T::N_FIRST)] {
+                memory.velocity[row] = 0.0;
+            } else {
+                error[row] *= 1.0 - kept * kept;
+            }
+        }
+        memory.smoothed = expected.moved(&error);
         memory.at_ns = at_ns;
     }
 
@@ -80,7 +112,11 @@ impl<T: Moving<N>, const N: usize> Trend<T, N> {
             return newest.clone();
         };
         let lead_s = lead_s.min(LEAD_MAX_S);
-        let damped_s = self.damping_s * (1.0 - (-lead_s / self.damping_s).exp());
+        let damping_s = self.habit.damping_s;
+        let damped_s = damping_s * (1.0 - (-lead_s / damping_s).exp());
         newest.moved(&(memory.velocity * damped_s))
     }
 }
+
+#[cfg(test)]
+mod tests;

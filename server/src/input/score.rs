@@ -49,16 +49,17 @@ struct Second {
     unpredicted: [f64; 2],
 }
 
-impl<T> Score<T> {
-    /// Nothing is known.
-    pub fn new() -> Self {
+impl<T> Default for Score<T> {
+    fn default() -> Self {
         Self {
             waiting: VecDeque::with_capacity(N_WAITING),
             last: None,
             seconds: [Second::default(); WINDOW_S],
         }
     }
+}
 
+impl<T> Score<T> {
     /// The stream has a gap: what was predicted beyond it is not compared with anything.
     pub fn cut(&mut self) {
         self.waiting.clear();

@@ -12,7 +12,7 @@ use std::collections::VecDeque;
 
 use super::moving::Moving;
 use super::one_euro::{Filter, OneEuro};
-use super::predict::{LEAD_MAX_S, Trend};
+use super::predict::{Habit, LEAD_MAX_S, Trend};
 use super::score::{Errors, Score};
 
 /// Longest time between two samples that is passed evenly, in nanoseconds: after a longer one the stream jumps.
@@ -78,18 +78,18 @@ struct Newest<T> {
 }
 
 impl<T: Moving<N>, const N: usize> Stream<T, N> {
-    /// A stream that has said nothing; its predicted velocity is damped with that time constant.
-    pub fn new(settings: StreamSettings, damping_s: f64) -> Self {
+    /// A stream that has said nothing, of something that moves like that.
+    pub fn new(settings: StreamSettings, habit: Habit) -> Self {
         Self {
             delay_ns: (settings.delay_s.clamp(0.0, DELAY_MAX_S) * SECOND_NS) as i64,
             predict_ns: (settings.predict_s.clamp(0.0, LEAD_MAX_S) * SECOND_NS) as i64,
             filter: settings.filter.map(Filter::new),
-            trend: Trend::new(damping_s),
+            trend: Trend::new(habit),
             marks: VecDeque::with_capacity(N_MARKS),
             newest: None,
             shown: None,
             wait: Wait::default(),
-            score: Score::new(),
+            score: Score::default(),
         }
     }
 
@@ -289,5 +289,92 @@ impl Wait {
         }
         let deviation = self.deviation_ns.max(DEVIATION_MIN_NS);
         Some((self.mean_ns + N_DEVIATIONS * deviation) as i64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+
+    use super::super::predict::WRIST;
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+
+    fn stream(predict_s: f64) -> Stream<Point3<f64>, 3> {
+        let settings = StreamSettings {
+            predict_s,
+            ..StreamSettings::default()
+        };
+        Stream::new(settings, WRIST)
+    }
+
+    fn push(stream: &mut Stream<Point3<f64>, 3>, arrival_ms: u64, x: f64) {
+        let times = Times {
+            arrival_ns: arrival_ms * MS,
+            fitted_ns: arrival_ms * MS,
+        };
+        stream.push(times, &Point3::new(x, 0.0, 0.0), i64::MAX);
+    }
+
+    fn at(stream: &mut Stream<Point3<f64>, 3>, ms: u64) -> f64 {
+        stream.at((ms * MS) as i64).expect("it has begun").x
+    }
+
+    #[test]
+    fn memory_is_bounded_and_never_grows() {
+        let mut stream = stream(0.1);
+        let capacities = |stream: &Stream<_, 3>| stream.marks.capacity();
+        let before = capacities(&stream);
+        for k in 0..5_000 {
+            push(&mut stream, k, 0.0);
+        }
+        assert_eq!((stream.marks.len(), capacities(&stream)), (N_MARKS, before));
+    }
+
+    #[test]
+    fn a_late_sample_makes_it_stand_and_then_go_on_from_there() {
+        let mut stream = stream(0.0);
+        push(&mut stream, 0, 0.0);
+        push(&mut stream, 10, 1.0);
+        assert_eq!((at(&mut stream, 5), at(&mut stream, 10)), (0.5, 1.0));
+        assert_eq!(at(&mut stream, 16), 1.0, "the next is late");
+        push(&mut stream, 20, 2.0);
+        let seen = [16, 18, 20].map(|ms| at(&mut stream, ms));
+        assert_eq!(seen, [1.0, 1.5, 2.0], "no jump");
+        push(&mut stream, 200, 9.0);
+        assert_eq!(at(&mut stream, 190), 9.0, "a gap is jumped");
+    }
+
+    #[test]
+    fn stamps_that_fall_back_keep_the_order_of_arrival() {
+        let mut stream = stream(0.0);
+        for (arrival_ms, fitted_ms, x) in [(10, 10, 1.0), (20, 5, 2.0), (30, 30, 3.0)] {
+            let times = Times {
+                arrival_ns: arrival_ms * MS,
+                fitted_ns: fitted_ms * MS,
+            };
+            stream.push(times, &Point3::new(x, 0.0, 0.0), 0);
+        }
+        let seen = [10, 11, 30].map(|ms| at(&mut stream, ms));
+        assert!(
+            seen[0] == 1.0 && seen[1] > 2.0 && seen[2] == 3.0,
+            "{seen:?}"
+        );
+    }
+
+    #[test]
+    fn how_long_the_next_sample_takes_is_learnt() {
+        let mut stream = stream(0.0);
+        assert_eq!(stream.wait_ns(), None);
+        for k in 0..50 {
+            push(&mut stream, 10 * k + k % 2, 0.0);
+        }
+        let wait_ms = stream.wait_ns().expect("known") as f64 / MS as f64;
+        assert!(
+            (12.5..13.5).contains(&wait_ms),
+            "10 ms, and thrice 1: {wait_ms}"
+        );
+        assert!(!stream.is_late(500 * MS) && stream.is_late(520 * MS));
     }
 }

@@ -18,6 +18,9 @@
 //! | `record` | `true`: record from the start | `false` |
 //! | `record_frames` | `true`: such a recording holds every frame too | `false` |
 //! | `record_raw` | `true`: and the raw bytes and samples of the sources | `false` |
+//! | `vrpn` | address and port of the VRPN server, TCP and UDP; `--vrpn` alone is `127.0.0.1:3883`; `off` | off |
+//! | `vrpn_rate_hz` | poses per second, 1 to 1000; at most the world's steps | 60 |
+//! | `vrpn_axes` | axes of the poses: `y_up` (the world's own) or `z_up` | `y_up` |
 //! | `log` | log filter, e.g. `info` or `tsukamu_server=debug` | `info` |
 //!
 //! Each `[[device]]`:
@@ -57,12 +60,13 @@
 //! | `beta` | that filter: how fast the cut-off rises with speed, 0 to 1000 | 0 |
 //! | `glove_min_cutoff_hz`, `tracker_min_cutoff_hz` | the same of one stream: turns that one's filter on, or replaces the number of both | that of both |
 //! | `glove_beta`, `tracker_beta` | the same of one stream | that of both |
-//! | `glove_predict_s`, `tracker_predict_s` | s, 0 to 0.1: how far that stream may be predicted (LaViola 2003); what it saves and how far off it is show in `tsukamu devices --json` | 0: off |
+//! | `glove_predict_s`, `tracker_predict_s` | s, 0 to 0.1: how far that stream may be predicted (LaViola 2003); more than 0.05 seldom pays; the hand is as early as both streams allow, so give both; lag and error show in `tsukamu devices --json` | 0: off |
 
 pub mod calibration;
 pub mod device;
 pub mod hand;
 pub mod overrides;
+pub mod vrpn;
 pub mod room;
 
 mod general;
@@ -80,6 +84,7 @@ use crate::scene_file::hands::HandSourceSpec;
 use device::DeviceSettings;
 use hand::HandSettings;
 use overrides::Overrides;
+use vrpn::VrpnSettings;
 
 /// Where the daemon listens unless it is told otherwise.
 pub const LISTEN_DEFAULT: &str = "127.0.0.1:7447";
@@ -95,6 +100,8 @@ pub struct Settings {
     pub publish: PublishSettings,
     /// What is written to disk.
     pub recording: RecordingSettings,
+    /// The VRPN server; `None` is off.
+    pub vrpn: Option<VrpnSettings>,
     /// Filter of the log.
     pub log: String,
     /// Hands from files and computed ones. `None`: the scene's own, unless `hands` has some.
