@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::emulate::Emulator;
 use crate::emulate::line_fault::LineFaults;
-use crate::emulate::pace::Pace;
+use crate::emulate::beat::Beat;
 use crate::glove::delimited::column::Column;
 use crate::glove::delimited::settings::{DelimitedSettings, Scale, TimeUnit};
 use crate::glove::sensor::GloveSensor;
@@ -21,7 +21,7 @@ pub struct DelimitedEmulator {
     pub boot_text: String,
     settings: DelimitedSettings,
     raw: [f64; GloveSensor::N_SLOTS],
-    pace: Pace,
+    beat: Beat,
     /// Whether the board has come up.
     is_up: bool,
     /// What was heard of the line that starts it.
@@ -33,9 +33,9 @@ impl DelimitedEmulator {
     /// A board whose lines are as the settings say, with straight fingers. One with a start-up line waits for it.
     #[must_use]
     pub fn new(settings: DelimitedSettings) -> Self {
-        let mut pace = Pace::new(RATE_HZ);
+        let mut beat = Beat::new(RATE_HZ);
         if settings.start.is_empty() {
-            pace.start(0);
+            beat.start(0);
         }
         let straight = match settings.scale {
             Scale::Range(first, _) => first,
@@ -46,7 +46,7 @@ impl DelimitedEmulator {
             boot_text: "# emulated glove\r\nready, 100 lines/s\r\n".to_owned(),
             settings,
             raw: [straight; GloveSensor::N_SLOTS],
-            pace,
+            beat,
             is_up: false,
             heard: Vec::new(),
             output: Vec::new(),
@@ -63,9 +63,9 @@ impl DelimitedEmulator {
         self.is_up = false;
         self.heard.clear();
         if self.settings.start.is_empty() {
-            self.pace.start(now_ns);
+            self.beat.start(now_ns);
         } else {
-            self.pace.stop();
+            self.beat.stop();
         }
     }
 
@@ -133,8 +133,8 @@ impl Emulator for DelimitedEmulator {
             .windows(start.len())
             .any(|window| window == start);
         self.heard.drain(..excess);
-        if is_started && self.pace.next_ns().is_none() {
-            self.pace.start(now_ns);
+        if is_started && self.beat.next_ns().is_none() {
+            self.beat.start(now_ns);
         }
     }
 
@@ -144,7 +144,7 @@ impl Emulator for DelimitedEmulator {
             let text = self.boot_text.clone().into_bytes();
             self.say(text);
         }
-        while let Some(due_ns) = self.pace.due(now_ns) {
+        while let Some(due_ns) = self.beat.due(now_ns) {
             let line = self.line(due_ns);
             self.say(line.into_bytes());
         }
@@ -153,7 +153,7 @@ impl Emulator for DelimitedEmulator {
 
     fn deadline(&self) -> Option<u64> {
         if self.output.is_empty() && self.is_up {
-            self.pace.next_ns()
+            self.beat.next_ns()
         } else {
             Some(0)
         }

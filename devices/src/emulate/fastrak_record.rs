@@ -4,6 +4,7 @@ use nalgebra::Isometry3;
 
 use crate::tracker::fastrak::decode::{Encoding, Item, LengthUnit};
 use crate::tracker::fastrak::protocol::{DATA, GOOD, METRES_PER_PACKED_RANGE};
+use crate::tracker::packed::{PHASE, pair_from_number};
 
 /// One station's record. `pose` is the sensor in transmitter space, m.
 pub(crate) fn data_record(
@@ -68,10 +69,9 @@ fn put_packed(bytes: &mut Vec<u8>, fractions: &[f64], header: usize) {
     for fraction in fractions {
         // 14 bits are sent, and full range is the greatest number that fits.
         let steps = (fraction.clamp(-1.0, 1.0) * 8191.0).round() as i16;
-        let bits = (steps << 2).cast_unsigned();
-        let phase = if bytes.len() == header { 0x80 } else { 0 };
-        bytes.push(((bits >> 2) & 0x7F) as u8 | phase);
-        bytes.push(((bits >> 9) & 0x7F) as u8);
+        let [low, high] = pair_from_number(steps << 2);
+        let phase = if bytes.len() == header { PHASE } else { 0 };
+        bytes.extend([low | phase, high]);
     }
 }
 

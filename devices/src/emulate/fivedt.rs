@@ -2,7 +2,7 @@
 
 use crate::emulate::Emulator;
 use crate::emulate::line_fault::LineFaults;
-use crate::emulate::pace::Pace;
+use crate::emulate::beat::Beat;
 use crate::glove::calibrate::Handedness;
 use crate::glove::fivedt::checksum::Rule;
 use crate::glove::fivedt::format::FLEXED;
@@ -33,7 +33,7 @@ pub struct FiveDtEmulator {
     raw: [u16; GloveSensor::N_SLOTS],
     /// Pitch and roll.
     tilt: [u16; 2],
-    pace: Pace,
+    beat: Beat,
     n_data: u32,
     output: Vec<u8>,
 }
@@ -42,13 +42,13 @@ impl FiveDtEmulator {
     /// A glove at rest: straight fingers, level, the sum over all bytes as check byte of a glove of five.
     #[must_use]
     pub fn new(model: Model, hand: Handedness) -> Self {
-        let mut pace = Pace::new(match model {
+        let mut beat = Beat::new(match model {
             Model::Five => 100,
             Model::FiveWireless => 60,
             Model::Fourteen | Model::Sixteen => 50,
         });
         if model != Model::Five {
-            pace.start(0);
+            beat.start(0);
         }
         let is_short = matches!(model, Model::Five | Model::FiveWireless);
         Self {
@@ -59,7 +59,7 @@ impl FiveDtEmulator {
             hand,
             raw: [0; GloveSensor::N_SLOTS],
             tilt: [model.raw_max() as u16 / 2; 2],
-            pace,
+            beat,
             n_data: 0,
             output: Vec::new(),
         }
@@ -165,11 +165,11 @@ impl FiveDtEmulator {
     fn obey(&mut self, now_ns: u64, command: u8) {
         match command {
             RESET => {
-                self.pace.stop();
+                self.beat.stop();
                 self.say(vec![DONE]);
             }
             SAMPLE => self.record(),
-            STREAM => self.pace.start(now_ns),
+            STREAM => self.beat.start(now_ns),
             INFORMATION => {
                 let block = self.information();
                 self.say(block);
@@ -192,7 +192,7 @@ impl Emulator for FiveDtEmulator {
     }
 
     fn poll(&mut self, now_ns: u64) -> Vec<u8> {
-        while self.pace.due(now_ns).is_some() {
+        while self.beat.due(now_ns).is_some() {
             self.record();
         }
         std::mem::take(&mut self.output)
@@ -200,7 +200,7 @@ impl Emulator for FiveDtEmulator {
 
     fn deadline(&self) -> Option<u64> {
         if self.output.is_empty() {
-            self.pace.next_ns()
+            self.beat.next_ns()
         } else {
             Some(0)
         }

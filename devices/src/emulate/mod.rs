@@ -2,15 +2,30 @@
 //! plug them into. They follow the manuals as cited by open drivers; **no real unit has been compared with them.**
 
 pub mod cyberglove;
+pub mod delimited;
 pub mod fastrak;
+pub mod fivedt;
+pub mod flock;
+pub mod isotrak;
+pub mod liberty;
 pub mod line_fault;
 pub mod lucidglove;
+pub mod opencyberglove;
 pub mod pty;
+pub mod source;
+pub mod udp;
 
+mod beat;
+mod deaf;
 mod fastrak_record;
+mod flock_record;
 mod glove_command;
 mod glove_record;
+mod liberty_frame;
 mod lucidglove_line;
+mod rokoko;
+mod udcap;
+mod vmc;
 
 /// A device as a state machine: commands in, bytes out, time as an argument (monotonic ns).
 pub trait Emulator {

@@ -2,7 +2,7 @@
 
 use crate::emulate::Emulator;
 use crate::emulate::line_fault::LineFaults;
-use crate::emulate::pace::Pace;
+use crate::emulate::beat::Beat;
 use crate::glove::opencyberglove::format::USUAL_ORDER;
 use crate::glove::opencyberglove::packet::{N_VALUES, Packet};
 use crate::glove::sensor::GloveSensor;
@@ -18,7 +18,7 @@ pub struct OpenCyberGloveEmulator {
     /// What its clock showed when it was switched on, ms.
     pub first_time_ms: u32,
     values: [i32; N_VALUES],
-    pace: Pace,
+    beat: Beat,
     output: Vec<u8>,
 }
 
@@ -26,13 +26,13 @@ impl OpenCyberGloveEmulator {
     /// A glove that is on, every sensor at 0.
     #[must_use]
     pub const fn new() -> Self {
-        let mut pace = Pace::new(RATE_HZ);
-        pace.start(0);
+        let mut beat = Beat::new(RATE_HZ);
+        beat.start(0);
         Self {
             faults: LineFaults::none(),
             first_time_ms: 0,
             values: [0; N_VALUES],
-            pace,
+            beat,
             output: Vec::new(),
         }
     }
@@ -60,7 +60,7 @@ impl Emulator for OpenCyberGloveEmulator {
     }
 
     fn poll(&mut self, now_ns: u64) -> Vec<u8> {
-        while let Some(due_ns) = self.pace.due(now_ns) {
+        while let Some(due_ns) = self.beat.due(now_ns) {
             let packet = Packet {
                 values: self.values,
                 time_ms: self.first_time_ms.wrapping_add((due_ns / 1_000_000) as u32),
@@ -73,7 +73,7 @@ impl Emulator for OpenCyberGloveEmulator {
 
     fn deadline(&self) -> Option<u64> {
         if self.output.is_empty() {
-            self.pace.next_ns()
+            self.beat.next_ns()
         } else {
             Some(0)
         }

@@ -1,4 +1,11 @@
 //! Position trackers.
 
 pub mod fastrak;
+pub mod flock;
+pub mod isotrak;
+pub mod liberty;
+pub mod packed;
+pub mod session;
 pub mod space;
+
+pub(crate) mod numbers;

@@ -7,8 +7,22 @@ pub mod wearing;
 
 /// A CyberGlove.
 pub mod cyberglove;
+/// A board that prints lines of numbers.
+pub mod delimited;
 /// A Fastrak.
 pub mod fastrak;
+/// A 5DT glove.
+pub mod fivedt;
+/// A Flock of Birds.
+pub mod flock;
+/// An Isotrak II or 3SPACE Tracker.
+pub mod isotrak;
+/// A Liberty, Patriot or Latus.
+pub mod liberty;
+/// A LucidGlove.
+pub mod lucidglove;
+/// An OpenCyberGlove.
+pub mod opencyberglove;
 
 use std::io;
 use std::path::{Path, PathBuf};

@@ -1,17 +1,17 @@
 //! One data record of a Fastrak, whose length and content follow from the list that was asked for.
 
-use nalgebra::{Point3, Quaternion, UnitQuaternion};
+use nalgebra::{Point3, UnitQuaternion};
 use thiserror::Error;
 
 use crate::tracker::fastrak::protocol::{
     DATA, GOOD, HEADER_LENGTH, METRES_PER_PACKED_RANGE, N_STATIONS,
 };
+use crate::tracker::numbers::{from_euler, from_wxyz, position};
+use crate::tracker::packed::{is_one_phase, number_from_pair};
 use crate::tracker::space::{METRES_PER_CENTIMETRE, METRES_PER_INCH};
 
 /// How far the length of a sent quaternion may be from 1; the four decimals of ASCII give 1e-4.
 const QUATERNION_SLACK: f64 = 0.02;
-/// Positions beyond this are not a Fastrak's, m.
-const MAX_POSITION_M: f64 = 20.0;
 
 /// One item of an output list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -251,10 +251,14 @@ fn take_item(
             sample.rotation = unless_flagged(from_euler(degrees), flagged)?;
         }
         Item::Quaternion => {
-            sample.rotation = unless_flagged(from_wxyz(numbers(field, format.encoding)?), flagged)?;
+            sample.rotation = unless_flagged(
+                from_wxyz(numbers(field, format.encoding)?, QUATERNION_SLACK),
+                flagged,
+            )?;
         }
         Item::PackedQuaternion => {
-            sample.rotation = unless_flagged(from_wxyz(packed(field, first)?), flagged)?;
+            sample.rotation =
+                unless_flagged(from_wxyz(packed(field, first)?, QUATERNION_SLACK), flagged)?;
         }
     }
     Ok(())
@@ -301,39 +305,17 @@ const fn is_number_part(byte: &u8) -> bool {
 /// The numbers of a packed item as fractions of full range: two bytes each, 7 bits a byte, low part first; bit 7
 /// is the phase, set on the first byte of a record's data alone.
 fn packed<const N: usize>(field: &[u8], first: bool) -> Result<[f64; N], RecordFault> {
-    let mut values = [0.0; N];
-    for (index, byte) in field.iter().enumerate() {
-        if (byte & 0x80 != 0) != (first && index == 0) {
-            return Err(RecordFault::Constant);
-        }
+    let in_phase = if first {
+        is_one_phase(field)
+    } else {
+        field.is_ascii()
+    };
+    if !in_phase {
+        return Err(RecordFault::Constant);
     }
+    let mut values = [0.0; N];
     for (value, pair) in values.iter_mut().zip(field.chunks_exact(2)) {
-        let low = u16::from(pair[0] & 0x7F) << 2;
-        let high = u16::from(pair[1] & 0x7F) << 9;
-        *value = f64::from((low | high).cast_signed()) / 32768.0;
+        *value = f64::from(number_from_pair(pair[0], pair[1])) / 32768.0;
     }
     Ok(values)
-}
-
-fn position(metres: [f64; 3]) -> Option<Point3<f64>> {
-    metres
-        .iter()
-        .all(|part| part.is_finite() && part.abs() <= MAX_POSITION_M)
-        .then(|| Point3::from(metres))
-}
-
-/// R = Rz(azimuth) · Ry(elevation) · Rx(roll), degrees.
-fn from_euler(degrees: [f64; 3]) -> Option<UnitQuaternion<f64>> {
-    let [azimuth, elevation, roll] = degrees.map(f64::to_radians);
-    degrees
-        .iter()
-        .all(|part| part.is_finite() && part.abs() <= 360.0)
-        .then(|| UnitQuaternion::from_euler_angles(roll, elevation, azimuth))
-}
-
-fn from_wxyz([w, x, y, z]: [f64; 4]) -> Option<UnitQuaternion<f64>> {
-    let quaternion = Quaternion::new(w, x, y, z);
-    let length = quaternion.norm();
-    // Written so that a length that is not a number fails too.
-    ((length - 1.0).abs() < QUATERNION_SLACK).then(|| UnitQuaternion::from_quaternion(quaternion))
 }

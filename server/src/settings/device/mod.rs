@@ -1,8 +1,19 @@
 //! One `[[device]]`: a glove or a tracker.
 
 mod cyberglove;
+mod delimited;
 mod fastrak;
+mod fivedt;
+mod flock;
+mod isotrak;
+mod liberty;
 mod lucidglove;
+mod opencyberglove;
+mod polhemus;
+mod rokoko;
+mod udcap;
+mod vmc;
+mod vrpn;
 
 use std::path::{Path, PathBuf};
 
@@ -25,6 +36,8 @@ pub struct DeviceSettings {
     pub port: Place,
     /// Line rates in bit/s, tried in turn; never empty.
     pub bauds: Vec<u32>,
+    /// Samples per second that it should have, where that is not what its driver asks for.
+    pub expected_rate_hz: Option<f64>,
     /// What it is, and what it is asked for.
     pub driver: Driver,
     /// Its wearer's calibration; the default where it is no glove.
@@ -42,14 +55,26 @@ pub struct DeviceSettings {
 const BAUD: Bounds = Bounds::within(50.0, 4_000_000.0, "bit/s");
 /// Most line rates that are tried.
 const BAUDS_MAX: usize = 8;
+/// Rates that a device may have, all its stations together.
+const RATE: Bounds = Bounds::within(0.1, 10_000.0, "Hz");
 /// Reads the keys of one kind; `None` after a mistake that leaves nothing to go on with.
 type Reader = fn(&mut Keys<'_>, &mut Sheet<'_>) -> Option<Driver>;
 
 /// Every kind by name.
-const KINDS: [(&str, Reader); 3] = [
+const KINDS: &[(&str, Reader)] = &[
     ("cyberglove", cyberglove::read),
     ("lucidglove", lucidglove::read),
     ("fastrak", fastrak::read),
+    ("vrpn", vrpn::read),
+    ("isotrak", isotrak::read),
+    ("liberty", liberty::read),
+    ("flock", flock::read),
+    ("5dt", fivedt::read),
+    ("delimited", delimited::read),
+    ("opencyberglove", opencyberglove::read),
+    ("vmc", vmc::read),
+    ("rokoko", rokoko::read),
+    ("udcap", udcap::read),
 ];
 
 /// Every device. One with a mistake is left out, and the sheet says why.
@@ -83,20 +108,24 @@ pub(super) fn read_all(
 }
 
 fn read(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>, folder: &Path) -> Option<DeviceSettings> {
-    let kinds = KINDS.map(|(name, _)| name);
+    let kinds: Vec<&'static str> = KINDS.iter().map(|(name, _)| *name).collect();
     keys.require(sheet, "name", "a text, unique among devices");
     keys.require(sheet, "kind", &kinds.join(", "));
     keys.require(
         sheet,
         "port",
-        "the port's path, or udp:PORT, tcp:HOST:PORT or tcp-listen:PORT",
+        "the port's path, or udp:PORT, tcp:HOST:PORT, tcp-listen:PORT or DEVICE@HOST of VRPN",
     );
     let name = keys.text(sheet, "name");
     let port = place(keys, sheet);
     let bauds = keys.wholes(sheet, "bauds", BAUD, BAUDS_MAX);
+    let expected_rate_hz = keys.number(sheet, "expected_rate_hz", RATE);
     let kind = keys.choice(sheet, "kind", &kinds)?;
     let (_, reader) = KINDS.iter().find(|(name, _)| *name == kind)?;
     let driver = reader(keys, sheet)?;
+    if let Some(wanted) = port.as_ref().and_then(|port| misplaced(&driver, port)) {
+        keys.fault(sheet, "port", wanted);
+    }
     let (calibration, calibration_file) = if driver.role().is_glove() {
         calibration(keys, sheet, folder)?
     } else {
@@ -111,6 +140,7 @@ fn read(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>, folder: &Path) -> Option<Dev
         name: name?,
         port: port?,
         bauds: bauds.unwrap_or_else(|| driver.usual_bauds().to_vec()),
+        expected_rate_hz,
         driver,
         calibration: Box::new(calibration),
         calibration_file,
@@ -125,6 +155,13 @@ fn place(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>) -> Option<Place> {
     place
         .map_err(|fault: NoPlace| keys.fault(sheet, "port", fault.to_string()))
         .ok()
+}
+
+/// What is wrong with the place of such a device, if anything is.
+fn misplaced(driver: &Driver, place: &Place) -> Option<String> {
+    let usual = driver.usual_datagram_port()?;
+    let wanted = format!("its sender sends datagrams: give udp:PORT, such as udp:{usual}");
+    (!place.is_datagram()).then(|| format!("is \"{place}\"; {wanted}"))
 }
 
 /// The wearer's calibration: that of the file, or the default where none is named.
