@@ -26,6 +26,8 @@ pub mod tracker;
 
 pub mod vrpn;
 
+pub mod source;
+
 pub mod port;
 
 pub mod port_thread;
@@ -33,6 +35,12 @@ pub mod port_thread;
 pub mod place;
 
 pub mod network;
+
+pub mod ports;
+
+pub mod trial;
+
+pub mod probe;
 
 pub mod clock;
 

@@ -6,20 +6,28 @@
 )]
 
 mod calibration;
+mod delimited;
 mod emulators;
+mod fivedt;
+mod fivedt_session;
 mod garbage;
 mod glove_examples;
-mod guided;
 mod glove_session;
+mod guided;
 mod lucidglove;
 mod lucidglove_feedback;
 mod lucidglove_garbage;
 mod lucidglove_session;
+mod network;
+mod opencyberglove;
 mod pty;
+mod rokoko;
 mod support;
 mod timing;
 mod tracker_examples;
 mod tracker_session;
+mod udcap;
+mod vmc;
 mod vrpn_examples;
 mod vrpn_garbage;
 mod vrpn_session;

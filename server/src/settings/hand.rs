@@ -1,6 +1,7 @@
 //! One `[[hand]]`: a glove and a tracker that make a hand.
 
 use tsukamu_devices::driver::Role;
+use tsukamu_devices::glove::calibrate::Handedness;
 use tsukamu_world::hand::joint::Side;
 use tsukamu_world::hand::skeleton::HandModel;
 
@@ -66,7 +67,7 @@ fn read(
     let tracker = device(keys, sheet, devices, "tracker", Role::is_tracker);
     let station = keys
         .whole(sheet, "station", Bounds::within(1.0, 1024.0, ""))
-        .map_or(1, |station| station as u16);
+        .map(|station| station as u16);
     let scale = keys
         .number(sheet, "scale", Bounds::within(0.5, 2.0, ""))
         .unwrap_or(1.0);
@@ -93,6 +94,11 @@ fn read(
         keys.fault(sheet, "scale", fault.to_string());
     }
     let tracker = tracker?;
+    let hand = match model.side {
+        Side::Left => Handedness::Left,
+        Side::Right => Handedness::Right,
+    };
+    let station = station.unwrap_or_else(|| devices[tracker].driver.usual_station(hand));
     if !devices[tracker].driver.has_station(station) {
         keys.fault(
             sheet,

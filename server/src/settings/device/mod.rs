@@ -21,6 +21,7 @@ use nalgebra::Isometry3;
 use tsukamu_devices::driver::Driver;
 use tsukamu_devices::glove::calibrate::GloveCalibration;
 use tsukamu_devices::place::{NoPlace, Place};
+use tsukamu_devices::ports::{find, is_numbered};
 
 use super::{calibration, room};
 use crate::document::bounds::Bounds;
@@ -152,9 +153,28 @@ fn read(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>, folder: &Path) -> Option<Dev
 /// Where the device is.
 fn place(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>) -> Option<Place> {
     let place = keys.text(sheet, "port")?.parse();
-    place
+    let place = place
         .map_err(|fault: NoPlace| keys.fault(sheet, "port", fault.to_string()))
-        .ok()
+        .ok()?;
+    if let Place::Serial(path) = &place
+        && is_numbered(path)
+    {
+        let lasting = find(Path::new(path)).and_then(|port| port.links.first().cloned());
+        let instead = lasting.map_or_else(
+            || {
+                "name it by a link in /dev/serial/by-id or /dev/serial/by-path, or one of your own"
+                    .to_owned()
+            },
+            |link| format!("write {:?}", link.display().to_string()),
+        );
+        keys.fault(
+            sheet,
+            "port",
+            format!("is {path:?}: the number is the order of plugging, and another device's tomorrow; {instead}"),
+        );
+        return None;
+    }
+    Some(place)
 }
 
 /// What is wrong with the place of such a device, if anything is.
