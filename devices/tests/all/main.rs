@@ -18,6 +18,7 @@ mod lucidglove;
 mod lucidglove_feedback;
 mod lucidglove_garbage;
 mod lucidglove_session;
+mod lucidglove_wifi;
 mod network;
 mod opencyberglove;
 mod pty;

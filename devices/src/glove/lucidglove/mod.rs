@@ -12,5 +12,6 @@ pub mod session;
 pub mod settings;
 
 mod flow;
+mod lines;
 pub(crate) mod posture;
 mod range;

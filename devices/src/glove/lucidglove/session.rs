@@ -11,8 +11,8 @@ use crate::buffer::StampedBuffer;
 use crate::core::Core;
 use crate::fault::{Fault, hex};
 use crate::feedback::{Feedback, Giving};
-use crate::glove::calibrate::{GloveCalibration, Handedness};
-use crate::glove::lucidglove::decode::{Info, Sample, decode_line};
+use crate::glove::calibrate::GloveCalibration;
+use crate::glove::lucidglove::decode::Info;
 use crate::glove::lucidglove::defaults::default_of;
 use crate::glove::lucidglove::flow::Flow;
 use crate::glove::lucidglove::posture::{Posture, Shape};
@@ -20,13 +20,12 @@ use crate::glove::lucidglove::protocol::{
     FAMILY, LINE_END, LISTEN_NS, MAX_LINE, SILENCE_NS, STALL_NS, free_line, limits_line,
     vibration_line,
 };
-use crate::glove::lucidglove::range::{Range, Verdict};
+use crate::glove::lucidglove::range::Range;
 use crate::glove::lucidglove::settings::LucidGloveSettings;
-use crate::reading::GloveReading;
 use crate::session::{DeviceEvent, DeviceInfo, PortRequest, Session, SessionState, SessionStats};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Stage {
+pub(super) enum Stage {
     Closed,
     /// The port is open since then, ns.
     Listening {
@@ -42,32 +41,32 @@ enum Stage {
 /// A LucidGlove as a state machine. **Emulated, not yet tried on hardware.**
 #[derive(Debug)]
 pub struct LucidGloveSession {
-    settings: LucidGloveSettings,
+    pub(super) settings: LucidGloveSettings,
     /// The wearer's, as given.
-    worn: GloveCalibration,
+    pub(super) worn: GloveCalibration,
     /// The same with this device's defaults for the present range.
-    calibration: GloveCalibration,
-    core: Core,
-    buffer: StampedBuffer,
-    stage: Stage,
-    range: Range,
-    posture: Posture,
+    pub(super) calibration: GloveCalibration,
+    pub(super) core: Core,
+    pub(super) buffer: StampedBuffer,
+    pub(super) stage: Stage,
+    pub(super) range: Range,
+    pub(super) posture: Posture,
     /// The numbers that the last good line had, and those of the doubtful line behind it.
-    shape: Option<Shape>,
-    doubtful: Option<Shape>,
-    info: Info,
-    told: Option<DeviceInfo>,
-    flow: Flow,
-    giving: Giving,
+    pub(super) shape: Option<Shape>,
+    pub(super) doubtful: Option<Shape>,
+    pub(super) info: Info,
+    pub(super) told: Option<DeviceInfo>,
+    pub(super) flow: Flow,
+    pub(super) giving: Giving,
     /// Whether what comes is thrown away up to the end of the line: its beginning was missed, or it is too long.
-    mid_line: bool,
+    pub(super) mid_line: bool,
     /// Whether the last line was good.
-    in_step: bool,
-    last_good_ns: u64,
-    sequence: u64,
-    first_bytes: Vec<u8>,
+    pub(super) in_step: bool,
+    pub(super) last_good_ns: u64,
+    pub(super) sequence: u64,
+    pub(super) first_bytes: Vec<u8>,
     /// The beginning of the last bad line.
-    bad_bytes: Vec<u8>,
+    pub(super) bad_bytes: Vec<u8>,
 }
 
 impl LucidGloveSession {
@@ -97,109 +96,6 @@ impl LucidGloveSession {
             first_bytes: Vec::new(),
             bad_bytes: Vec::new(),
         }
-    }
-
-    /// Takes every whole line in the buffer; the newest reading among them.
-    fn take_lines(&mut self, now_ns: u64, newest: &mut Option<GloveReading>) {
-        loop {
-            let bytes = self.buffer.as_slice();
-            let Some(end) = bytes.iter().position(|byte| *byte == LINE_END) else {
-                let n_bytes = bytes.len();
-                if self.mid_line {
-                    self.buffer.consume(n_bytes);
-                } else if n_bytes > MAX_LINE {
-                    self.reject(n_bytes);
-                    self.mid_line = true;
-                    self.buffer.consume(n_bytes);
-                }
-                return;
-            };
-            let stamp_ns = self.buffer.stamp_ns(end);
-            // A link may put blank lines between the glove's; they are not the glove's and want no answer.
-            let is_blank = bytes[..end].trim_ascii().is_empty();
-            if !is_blank {
-                self.flow.heard(now_ns);
-            }
-            let line = decode_line(&bytes[..end]).ok();
-            if let Some(info) = line.and_then(|line| line.info) {
-                self.info.update(&info);
-            }
-            // The end of a sample looks like a whole one.
-            if std::mem::take(&mut self.mid_line) || is_blank {
-                self.buffer.consume(end + 1);
-                continue;
-            }
-            match line.map(|line| line.sample) {
-                Some(Some(sample)) if self.believes(&sample) => {
-                    *newest = Some(self.accept(stamp_ns, &sample));
-                }
-                Some(None) => self.note_good(stamp_ns),
-                _ => self.reject(end),
-            }
-            self.buffer.consume(end + 1);
-        }
-    }
-
-    /// Whether a line that decodes is the glove's: it has the numbers that the last one had, within the range. A line
-    /// that is otherwise is believed when the next one agrees.
-    fn believes(&mut self, sample: &Sample) -> bool {
-        match self.range.judge(sample) {
-            Verdict::Fits => {}
-            Verdict::Raised => self.calibration = filled(&self.worn, self.range.max()),
-            Verdict::Doubtful => return false,
-        }
-        let shape = Shape::of(sample);
-        let doubtful = self.doubtful.take();
-        if self.shape.is_none_or(|known| known == shape) || doubtful == Some(shape) {
-            self.shape = Some(shape);
-            return true;
-        }
-        self.doubtful = Some(shape);
-        false
-    }
-
-    fn accept(&mut self, stamp_ns: u64, sample: &Sample) -> GloveReading {
-        self.posture.take(sample);
-        self.note_good(stamp_ns);
-        let max = self.range.max();
-        GloveReading {
-            sensors: self.calibration.angles(&self.posture.raw(max)),
-            angles_valid: true,
-            hand: self.hand(),
-            controls: self.posture.controls(max),
-            ..GloveReading::empty(stamp_ns, self.sequence)
-        }
-    }
-
-    fn hand(&self) -> Option<Handedness> {
-        self.settings.hand.or(self.info.hand)
-    }
-
-    fn note_good(&mut self, stamp_ns: u64) {
-        self.core.stats.records += 1;
-        self.in_step = true;
-        self.last_good_ns = stamp_ns;
-        self.stage = Stage::Running;
-        let fault = self.range.is_set_wrong().then(|| Fault::Reported {
-            device: FAMILY,
-            code: format!("numbers beyond {}", self.range.max()),
-            meaning: "its setting `max` is too small",
-        });
-        self.core.enter(stamp_ns, SessionState::Running, fault);
-    }
-
-    /// A line that cannot be the glove's: the first `n_bytes` of the buffer.
-    fn reject(&mut self, n_bytes: usize) {
-        let shown = n_bytes.min(64);
-        self.bad_bytes.clear();
-        self.bad_bytes
-            .extend_from_slice(&self.buffer.as_slice()[..shown]);
-        // What comes before the first good line is the board's boot text.
-        if !matches!(self.stage, Stage::Listening { .. }) {
-            self.core.stats.dropped_records += 1;
-            self.core.stats.resyncs += u64::from(self.in_step);
-        }
-        self.in_step = false;
     }
 
     /// Says what the glove is, when that is news.
@@ -305,7 +201,7 @@ impl LucidGloveSession {
 }
 
 /// The wearer's calibration with this device's defaults.
-fn filled(worn: &GloveCalibration, max: u16) -> GloveCalibration {
+pub(super) fn filled(worn: &GloveCalibration, max: u16) -> GloveCalibration {
     worn.clone().filled(|sensor| default_of(sensor, max))
 }
 
