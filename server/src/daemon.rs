@@ -30,11 +30,14 @@ use crate::recording_desk::{DeskFault, RecordingDesk};
 use crate::service::Backend;
 use crate::settings::device::DeviceSettings;
 use crate::settings::hand::HandSettings;
+use crate::settings::vrpn::VrpnSettings;
 use crate::settings::{Mode, PublishSettings, RecordingSettings};
 use crate::status::StatusBoard;
 use crate::ticker::Ticker;
 use crate::ticker::engine::{Engine, Outlets};
 use crate::ticker::request::{Beginning, Plan, TickerHandle};
+use crate::vrpn::listen::Sockets;
+use crate::vrpn::{VrpnFault, VrpnServer};
 
 /// How long connections have to end after a stop.
 const GRACE: Duration = Duration::from_secs(3);
@@ -52,6 +55,8 @@ pub struct DaemonConfig {
     pub publish: PublishSettings,
     /// Recordings.
     pub recording: RecordingSettings,
+    /// The VRPN server; `None` is off.
+    pub vrpn: Option<VrpnSettings>,
     /// Gloves and trackers.
     pub devices: Vec<DeviceSettings>,
     /// Hands driven by them.
@@ -77,6 +82,7 @@ impl DaemonConfig {
                 frames: false,
                 raw: false,
             },
+            vrpn: None,
             devices: Vec::new(),
             hands: Vec::new(),
             session: BTreeMap::new(),
@@ -106,6 +112,9 @@ pub enum DaemonError {
     /// A device's hand or thread is refused.
     #[error(transparent)]
     Serial(#[from] SerialFault),
+    /// The VRPN server cannot listen.
+    #[error(transparent)]
+    Vrpn(#[from] VrpnFault),
     /// The recording cannot begin or end.
     #[error(transparent)]
     Recording(#[from] DeskFault),
@@ -125,6 +134,7 @@ pub struct Daemon {
     backend: Backend,
     ports: Option<SerialPorts>,
     threads: Threads,
+    vrpn: Option<VrpnServer>,
     front: tokio::task::JoinHandle<io::Result<()>>,
 }
 
@@ -159,6 +169,10 @@ pub async fn start(config: DaemonConfig) -> Result<Daemon, DaemonError> {
     // First of all: nothing is started when the port cannot be had.
     let listener = listen(config.listen).await?;
     let local_addr = listener.local_addr().map_err(DaemonError::Port)?;
+    let vrpn_sockets = match &config.vrpn {
+        Some(settings) => Some((Sockets::bind(settings.listen).await?, *settings)),
+        None => None,
+    };
     let (stop, stopping) = watch::channel(false);
     let (ticker, requests) = TickerHandle::channel();
     let outlets = outlets();
@@ -181,6 +195,8 @@ pub async fn start(config: DaemonConfig) -> Result<Daemon, DaemonError> {
         sources: outlets.sources,
         ticker: backend.ticker.clone(),
         raw_tap: outlets.raw_tap,
+        inbox: outlets.inbox,
+        status: outlets.status,
         clock: outlets.clock,
         taps: backend.calibration.taps().clone(),
     };
@@ -195,6 +211,11 @@ pub async fn start(config: DaemonConfig) -> Result<Daemon, DaemonError> {
             .start(&backend.ticker, String::new(), options, Beginning::NewEpoch)
             .await?;
     }
+    let vrpn = vrpn_sockets.map(|(sockets, settings)| {
+        let (inbox, metrics) = (&backend.frames.inbox, &backend.metrics);
+        let (inbox, metrics) = (Arc::clone(inbox), Arc::clone(metrics));
+        VrpnServer::start(sockets, &settings, inbox, metrics, stopping.clone())
+    });
     let front = tokio::spawn(front::serve(listener, backend.clone(), until(stopping)));
     info!(address = %local_addr, "listening");
     Ok(Daemon {
@@ -203,6 +224,7 @@ pub async fn start(config: DaemonConfig) -> Result<Daemon, DaemonError> {
         backend,
         ports,
         threads,
+        vrpn,
         front,
     })
 }
@@ -284,6 +306,11 @@ impl Daemon {
         self.local_addr
     }
 
+    /// Where its VRPN server listens, if it has one.
+    pub fn vrpn_addr(&self) -> Option<SocketAddr> {
+        self.vrpn.as_ref().map(VrpnServer::address)
+    }
+
     /// What its services share.
     pub const fn backend(&self) -> &Backend {
         &self.backend
@@ -316,6 +343,9 @@ impl Daemon {
             .await
             .unwrap_or_else(|_: JoinError| Err(DaemonError::Panicked("the drain")));
         let recorded = self.backend.recordings.drain().await;
+        if let Some(vrpn) = self.vrpn.take() {
+            vrpn.join().await;
+        }
         let front = match tokio::time::timeout(GRACE, &mut self.front).await {
             Ok(Ok(served)) => served.map_err(DaemonError::Port),
             Ok(Err(_)) => Err(DaemonError::Panicked("the front")),

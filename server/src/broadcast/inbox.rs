@@ -6,6 +6,7 @@ use nalgebra::Isometry3;
 use tokio::sync::oneshot;
 use tsukamu_proto::v1;
 use tsukamu_world::frame::{Event, HandFrame};
+use tsukamu_world::hand::joint::N_FINGERS;
 use tsukamu_world::scene::{ObjectSpec, Target};
 use tsukamu_world::state::ObjectId;
 
@@ -42,8 +43,19 @@ pub struct Content {
 pub struct Head {
     /// When.
     pub stamp: v1::Stamp,
-    /// The hands, each with the age of its sample in seconds.
-    pub hands: Vec<(HandFrame, f32)>,
+    /// The hands.
+    pub hands: Vec<HandNow>,
+}
+
+/// A hand as a tick shows it.
+#[derive(Clone, Debug)]
+pub struct HandNow {
+    /// Where it is.
+    pub frame: HandFrame,
+    /// Age of the sample that stands, seconds.
+    pub sample_age_s: f32,
+    /// Whether each finger touches anything.
+    pub touching: [bool; N_FINGERS],
 }
 
 /// An event with what is needed to say it in words.
@@ -98,6 +110,8 @@ pub struct SceneNow {
     pub content: Arc<Content>,
     /// Pose of each object of the content.
     pub poses: Vec<Isometry3<f64>>,
+    /// The hands.
+    pub hands: Vec<HandNow>,
 }
 
 /// What waits for the publisher.

@@ -154,6 +154,10 @@ impl Mirror {
         Some(SceneNow {
             stamp,
             poses: content.objects.iter().map(pose).collect(),
+            hands: self
+                .head
+                .as_ref()
+                .map_or_else(Vec::new, |head| head.hands.clone()),
             content: Arc::clone(content),
         })
     }
@@ -185,9 +189,11 @@ impl Mirror {
         message.scene_version = self.content.as_ref().map_or(0, |content| content.version);
         if let Some(head) = &self.head {
             message.stamp = Some(head.stamp);
-            message
-                .hands
-                .extend(head.hands.iter().map(|(hand, age)| hand_frame(hand, *age)));
+            message.hands.extend(
+                head.hands
+                    .iter()
+                    .map(|hand| hand_frame(&hand.frame, hand.sample_age_s)),
+            );
         }
         message
     }

@@ -40,7 +40,7 @@ const SCENE_KEYS: [&str; 7] = [
     "grasp_angle_deg",
     "throw_window_s",
 ];
-const SETTINGS_KEYS: [&str; 12] = [
+const SETTINGS_KEYS: [&str; 15] = [
     "device",
     "hand",
     "listen",
@@ -53,6 +53,9 @@ const SETTINGS_KEYS: [&str; 12] = [
     "record",
     "record_frames",
     "record_raw",
+    "vrpn",
+    "vrpn_rate_hz",
+    "vrpn_axes",
 ];
 const CALIBRATION_KEYS: [&str; 3] = ["wearer", "mount", "sensors"];
 

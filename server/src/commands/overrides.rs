@@ -2,6 +2,7 @@
 
 use clap::Args;
 use tsukamu_server::settings::overrides::{KEYS, Overrides};
+use tsukamu_server::settings::vrpn::ADDRESS_DEFAULT;
 
 /// Flags that override keys of the settings file. Each is also a variable: `--rate-hz` is `TSUKAMU_RATE_HZ`.
 #[derive(Debug, Args)]
@@ -42,6 +43,15 @@ pub(super) struct OverrideArgs {
     /// Such a recording holds the raw bytes and samples of the sources too.
     #[arg(long)]
     record_raw: bool,
+    /// VRPN server for existing virtual-reality software, TCP and UDP [default: off; alone: 127.0.0.1:3883].
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = ADDRESS_DEFAULT)]
+    vrpn: Option<String>,
+    /// Poses per second over VRPN, 1 to 1000 [default: 60].
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    vrpn_rate_hz: Option<String>,
+    /// Axes of VRPN poses: y_up or z_up [default: y_up].
+    #[arg(long, value_name = "AXES")]
+    vrpn_axes: Option<String>,
     /// Log filter, e.g. info or tsukamu_server=debug [default: info].
     #[arg(long, value_name = "FILTER")]
     log: Option<String>,
@@ -83,6 +93,9 @@ impl OverrideArgs {
             "record" => on(self.record),
             "record_frames" => on(self.record_frames),
             "record_raw" => on(self.record_raw),
+            "vrpn" => self.vrpn.clone(),
+            "vrpn_rate_hz" => self.vrpn_rate_hz.clone(),
+            "vrpn_axes" => self.vrpn_axes.clone(),
             "log" => self.log.clone(),
             _ => None,
         }

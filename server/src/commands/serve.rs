@@ -120,6 +120,7 @@ fn prepare(settings: Settings, file: Option<PathBuf>) -> Result<DaemonConfig, Fa
         plan,
         publish: settings.publish,
         recording: settings.recording,
+        vrpn: settings.vrpn,
         devices: settings.devices,
         hands: settings.hands,
         session: BTreeMap::from(session.map(|(key, value)| (key.to_owned(), value))),

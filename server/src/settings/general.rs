@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::overrides::{Given, Overrides};
+use super::vrpn::{self, VrpnSettings};
 use super::{
     LISTEN_DEFAULT, Mode, PublishSettings, RecordingSettings, Settings, WorldSettings, device, hand,
 };
@@ -60,6 +61,7 @@ pub(super) fn read(
         frames: reader.flag("record_frames").unwrap_or(false),
         raw: reader.flag("record_raw").unwrap_or(false),
     };
+    let vrpn = reader.vrpn();
     let log = reader.text("log").unwrap_or_else(|| "info".to_owned());
     let sources = reader.sources(folder);
     let devices = device::read_all(top, sheet, folder);
@@ -69,6 +71,7 @@ pub(super) fn read(
         world,
         publish,
         recording,
+        vrpn,
         log,
         sources,
         devices,
@@ -88,6 +91,26 @@ impl Reader<'_, '_, '_> {
             self.fault("listen", message);
         }
         address
+    }
+
+    fn vrpn(&mut self) -> Option<VrpnSettings> {
+        let text = self.text("vrpn");
+        let rate_hz = self.number("vrpn_rate_hz", vrpn::RATE);
+        let axes = self.choice("vrpn_axes", &vrpn::AXES);
+        let text = text.filter(|text| text != vrpn::OFF)?;
+        let Ok(listen) = text.parse() else {
+            let message = format!(
+                "is {text:?}; it must be an address with a port, such as {}, or \"off\"",
+                vrpn::ADDRESS_DEFAULT
+            );
+            self.fault("vrpn", message);
+            return None;
+        };
+        Some(VrpnSettings {
+            rate_hz: rate_hz.unwrap_or(vrpn::RATE_DEFAULT_HZ),
+            axes: vrpn::axes_from(axes),
+            ..VrpnSettings::new(listen)
+        })
     }
 
     fn world(&mut self, folder: &Path) -> WorldSettings {

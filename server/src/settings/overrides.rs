@@ -14,7 +14,7 @@ pub struct Given {
 pub struct Overrides(Vec<(String, Given)>);
 
 /// The keys that flags and variables may override.
-pub const KEYS: [&str; 13] = [
+pub const KEYS: [&str; 16] = [
     "listen",
     "scene",
     "hands",
@@ -27,6 +27,9 @@ pub const KEYS: [&str; 13] = [
     "record",
     "record_frames",
     "record_raw",
+    "vrpn",
+    "vrpn_rate_hz",
+    "vrpn_axes",
     "log",
 ];
 

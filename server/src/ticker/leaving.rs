@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use tsukamu_proto::v1;
 use tsukamu_world::frame::EventKind;
-use tsukamu_world::state::{Body, ObjectId};
+use tsukamu_world::hand::joint::N_FINGERS;
+use tsukamu_world::hand::part::PartLayout;
+use tsukamu_world::state::{Body, HandId, ObjectId};
 
-use crate::broadcast::inbox::{Content, EventEntry, Head, What};
+use crate::broadcast::inbox::{Content, EventEntry, HandNow, Head, What};
 use crate::clock::Clock;
 use crate::convert::frame::ObjectNow;
 use crate::convert::hand::hand_seen;
@@ -43,10 +45,11 @@ impl Engine {
         let (world, frame) = (&self.world, self.world.frame());
         let hands = frame.hands.iter().map(|hand| {
             let driver = self.drivers.iter().find(|driver| driver.hand == hand.hand);
-            (
-                hand.clone(),
-                driver.map_or(0.0, |driver| driver.age_s(now_ns)),
-            )
+            HandNow {
+                frame: hand.clone(),
+                sample_age_s: driver.map_or(0.0, |driver| driver.age_s(now_ns)),
+                touching: self.touching(hand.hand),
+            }
         });
         let head = Head {
             stamp: self.stamp,
@@ -97,6 +100,23 @@ impl Engine {
             batch.head = Some(head);
             batch.serial = self.serial;
         });
+    }
+
+    /// Whether each finger of a hand touches anything: objects that rest are touched by none.
+    fn touching(&self, hand: HandId) -> [bool; N_FINGERS] {
+        let mut touching = [false; N_FINGERS];
+        let Some(named) = self.hands.iter().find(|named| named.id == hand) else {
+            return touching;
+        };
+        let (layout, state) = (PartLayout::of(&named.model), self.world.state());
+        let bodies = state.awake.iter().filter_map(|slot| state.body(*slot));
+        let touches = bodies.flat_map(|body| &body.touches);
+        for touch in touches.filter(|touch| touch.hand == hand) {
+            if let Some(finger) = layout.finger(touch.part) {
+                touching[finger.index()] = true;
+            }
+        }
+        touching
     }
 
     /// The world's content as it is now, with the next version.

@@ -191,6 +191,7 @@ pub(crate) fn daemon_config(text: &str) -> DaemonConfig {
         plan,
         publish: settings.publish,
         recording: settings.recording,
+        vrpn: settings.vrpn,
         devices: settings.devices,
         hands: settings.hands,
         session: BTreeMap::new(),
