@@ -33,6 +33,8 @@ pub const fn station_of(hand: Handedness) -> u16 {
 pub(super) struct FoundHand {
     /// Which.
     pub(super) hand: Handedness,
+    /// When the last of it was read, ns.
+    pub(super) stamp_ns: u64,
     /// What each sensor reads by slot, before calibration; `None` when there are no fingers.
     pub(super) raw: Option<[Option<f64>; GloveSensor::N_SLOTS]>,
     /// `world_from_wrist` in the sender's space with y up, m.
@@ -50,7 +52,12 @@ pub(super) trait Decoder: fmt::Debug + Send {
     fn default_of(&self, sensor: GloveSensor) -> SensorCalibration;
 
     /// Takes a datagram; the hands that it completes go to `found`. What is wrong with it otherwise.
-    fn take(&mut self, datagram: &[u8], found: &mut Vec<FoundHand>) -> Result<(), String>;
+    fn take(
+        &mut self,
+        stamp_ns: u64,
+        datagram: &[u8],
+        found: &mut Vec<FoundHand>,
+    ) -> Result<(), String>;
 
     /// What the sender is found to be, whenever that has changed.
     fn news(&mut self) -> Option<DeviceInfo>;
@@ -124,11 +131,12 @@ impl SourceSession {
         }
         self.core.enter(stamp_ns, SessionState::Running, None);
         for found in std::mem::take(&mut self.found) {
-            self.emit(stamp_ns, &found);
+            self.emit(&found);
         }
     }
 
-    fn emit(&mut self, stamp_ns: u64, found: &FoundHand) {
+    fn emit(&mut self, found: &FoundHand) {
+        let stamp_ns = found.stamp_ns;
         if let Some(raw) = &found.raw {
             let reading = GloveReading {
                 sensors: self.calibration.angles(raw),
@@ -202,7 +210,7 @@ impl Session for SourceSession {
             return;
         }
         self.found.clear();
-        match self.decoder.take(bytes, &mut self.found) {
+        match self.decoder.take(stamp_ns, bytes, &mut self.found) {
             Ok(()) => {
                 self.in_step = true;
                 self.heard = true;

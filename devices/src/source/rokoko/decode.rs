@@ -94,7 +94,12 @@ impl Actor<'_> {
         }
     }
 
-    fn hand(&self, hand: Handedness, device_ticks: Option<u64>) -> Option<FoundHand> {
+    fn hand(
+        &self,
+        hand: Handedness,
+        stamp_ns: u64,
+        device_ticks: Option<u64>,
+    ) -> Option<FoundHand> {
         let wears = match hand {
             Handedness::Left => self.meta.has_left_glove,
             Handedness::Right => self.meta.has_right_glove,
@@ -104,6 +109,7 @@ impl Actor<'_> {
         let links = joints.links(&world_from_wrist);
         Some(FoundHand {
             hand,
+            stamp_ns,
             // A body without gloves has fingers too, and they do not move.
             raw: (wears != Some(false) && !links.is_empty()).then(|| links.degrees(hand)),
             world_from_wrist: Some(world_from_wrist),
@@ -131,7 +137,12 @@ impl Rokoko {
         }
     }
 
-    fn take_json(&mut self, json: &[u8], found: &mut Vec<FoundHand>) -> Result<(), String> {
+    fn take_json(
+        &mut self,
+        stamp_ns: u64,
+        json: &[u8],
+        found: &mut Vec<FoundHand>,
+    ) -> Result<(), String> {
         let frame: Frame<'_> =
             serde_json::from_slice(json).map_err(|fault| format!("JSON: {fault}"))?;
         let ticks = frame.scene.timestamp.and_then(ticks_from_seconds);
@@ -141,7 +152,8 @@ impl Rokoko {
                 continue;
             }
             let hands = [Handedness::Left, Handedness::Right];
-            found.extend(hands.into_iter().filter_map(|hand| actor.hand(hand, ticks)));
+            let hand = |hand| actor.hand(hand, stamp_ns, ticks);
+            found.extend(hands.into_iter().filter_map(hand));
             if !found.is_empty() {
                 self.note(&actor.name, ticks.is_some());
                 return Ok(());
@@ -171,16 +183,23 @@ impl Decoder for Rokoko {
         degrees_as_they_are()
     }
 
-    fn take(&mut self, datagram: &[u8], found: &mut Vec<FoundHand>) -> Result<(), String> {
+    fn take(
+        &mut self,
+        stamp_ns: u64,
+        datagram: &[u8],
+        found: &mut Vec<FoundHand>,
+    ) -> Result<(), String> {
         if lz4::is_frame(datagram) {
             let json = lz4::frame(datagram).ok_or("a broken LZ4 frame")?;
-            return self.take_json(&json, found);
+            return self.take_json(stamp_ns, &json, found);
         }
         if datagram.trim_ascii_start().starts_with(b"{") {
-            return self.take_json(datagram, found);
+            return self.take_json(stamp_ns, datagram, found);
         }
         match lz4::block(datagram) {
-            Some(json) if json.trim_ascii_start().starts_with(b"{") => self.take_json(&json, found),
+            Some(json) if json.trim_ascii_start().starts_with(b"{") => {
+                self.take_json(stamp_ns, &json, found)
+            }
             _ => Err("neither JSON nor LZ4; choose JSON v3 in the sender".to_owned()),
         }
     }

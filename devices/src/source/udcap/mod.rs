@@ -89,7 +89,12 @@ impl Decoder for Udcap {
         default_of(sensor)
     }
 
-    fn take(&mut self, datagram: &[u8], found: &mut Vec<FoundHand>) -> Result<(), String> {
+    fn take(
+        &mut self,
+        stamp_ns: u64,
+        datagram: &[u8],
+        found: &mut Vec<FoundHand>,
+    ) -> Result<(), String> {
         let start = datagram
             .windows(2)
             .position(|pair| pair == b"{\"")
@@ -108,6 +113,7 @@ impl Decoder for Udcap {
                 self.seen[index] = true;
                 found.push(FoundHand {
                     hand,
+                    stamp_ns,
                     raw: Some(raw_from_values(&values)),
                     world_from_wrist: None,
                     device_ticks: None,

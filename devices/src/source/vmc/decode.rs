@@ -35,6 +35,8 @@ struct About {
 pub(crate) struct Vmc {
     sides: [SideFrame; 2],
     ticks: Option<u64>,
+    /// When the present datagram was read, ns.
+    now_ns: u64,
     about: About,
     told: Option<About>,
 }
@@ -84,7 +86,7 @@ impl Vmc {
             if self.sides[index].ends_before(slot) {
                 self.give_out(index, found);
             }
-            if self.sides[index].take(slot, pose) {
+            if self.sides[index].take(self.now_ns, slot, pose) {
                 self.give_out(index, found);
             }
         }
@@ -94,6 +96,7 @@ impl Vmc {
         let (frame, hand) = (&self.sides[index], HANDS[index]);
         let one = FoundHand {
             hand,
+            stamp_ns: frame.stamp_ns(),
             raw: frame.degrees(hand),
             world_from_wrist: frame.wrist(hand),
             device_ticks: self.ticks,
@@ -116,7 +119,13 @@ impl Decoder for Vmc {
         degrees_as_they_are()
     }
 
-    fn take(&mut self, datagram: &[u8], found: &mut Vec<FoundHand>) -> Result<(), String> {
+    fn take(
+        &mut self,
+        stamp_ns: u64,
+        datagram: &[u8],
+        found: &mut Vec<FoundHand>,
+    ) -> Result<(), String> {
+        self.now_ns = stamp_ns;
         visit_messages(datagram, &mut |message| self.take_message(&message, found))
             .map_err(|malformed| malformed.text().to_owned())
     }

@@ -21,6 +21,8 @@ const NO_LENGTH_M: f64 = 1.0e-6;
 pub(super) struct SideFrame {
     /// `parent_from_bone` by slot, m.
     bones: [Option<Isometry3<f64>>; N_SLOTS],
+    /// When the last bone was read, ns.
+    stamp_ns: u64,
     /// Bones of this frame so far, one bit each.
     got: u32,
     /// Bones of the frame before.
@@ -59,13 +61,24 @@ impl SideFrame {
     }
 
     /// Takes a bone of the present frame. True when that makes it whole.
-    pub(super) fn take(&mut self, slot: usize, parent_from_bone: Isometry3<f64>) -> bool {
+    pub(super) fn take(
+        &mut self,
+        stamp_ns: u64,
+        slot: usize,
+        parent_from_bone: Isometry3<f64>,
+    ) -> bool {
+        self.stamp_ns = stamp_ns;
         self.bones[slot] = Some(parent_from_bone);
         self.got |= 1 << slot;
         let is_whole = self.expected & OF_SIDE != 0 && self.got & self.expected == self.expected;
         let is_news = is_whole && !self.is_out;
         self.is_out |= is_whole;
         is_news
+    }
+
+    /// When the last bone was read, ns.
+    pub(super) const fn stamp_ns(&self) -> u64 {
+        self.stamp_ns
     }
 
     /// Whether the chain from the root to the hand is there, with positions.
