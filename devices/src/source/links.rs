@@ -311,8 +311,10 @@ mod tests {
         for rotation in [-0.6, 0.0, 0.8, 1.2] {
             for abduction in [0.3, 0.7, 1.1] {
                 let angles = [rotation, abduction, 0.5, 0.6];
-                let mut links = HandLinks::default();
-                links.thumb = Some(thumb_links(angles));
+                let links = HandLinks {
+                    thumb: Some(thumb_links(angles)),
+                    ..HandLinks::default()
+                };
                 let found = links.degrees(Handedness::Right);
                 for (sensor, angle) in [
                     GloveSensor::ThumbRotation,

@@ -7,6 +7,7 @@
 
 mod calibration;
 mod delimited;
+mod cybertouch;
 mod emulators;
 mod fivedt;
 mod fivedt_session;
@@ -23,6 +24,7 @@ mod network;
 mod opencyberglove;
 mod pty;
 mod rokoko;
+mod source_garbage;
 mod support;
 mod timing;
 mod tracker_examples;
