@@ -1,6 +1,7 @@
 //! A hand that holds an object, and cables that are pulled and plugged in again: from what a glove and a tracker say to
 //! what the world makes of it, in virtual time.
 
+use nalgebra::Vector3;
 use tsukamu_motion::synthetic::{SceneInfo, SyntheticHand, build};
 use tsukamu_world::frame::EventKind;
 use tsukamu_world::input::Command;
@@ -116,6 +117,12 @@ impl Worn {
         self.world.objects().any(|(_, body)| body.hold.is_some())
     }
 
+    /// Where the object is, world space, metres.
+    fn place(&self) -> Vector3<f64> {
+        let (_, body) = self.world.objects().next().expect("there is one");
+        body.pose.translation.vector
+    }
+
     /// Runs until the hand has held the object for a while, and then lets the wearer stand.
     fn grasp(&mut self) {
         for _ in 0..20_000 {
@@ -152,6 +159,26 @@ fn a_cable_that_is_back_within_the_grace_time_loses_nothing() {
             );
             assert!(worn.holds(), "{between:?} {cables:?}");
         }
+    }
+}
+
+/// The wearer carries on while nobody sees it, and the hand is somewhere else when it is seen again.
+#[test]
+fn what_is_carried_meanwhile_is_still_held() {
+    for cables in [[false, true], [true, false], [false, false]] {
+        let mut worn = Worn::new(Between::Interpolate);
+        worn.grasp();
+        worn.stands_s = None;
+        let before = worn.place();
+        let grace_ms = (worn.world.scene().tracking_grace_s * 1000.0) as u64;
+        worn.is_plugged = cables;
+        let mut happened = worn.run(grace_ms - 20);
+        worn.is_plugged = [true; 2];
+        happened.extend(worn.run(60));
+        let way_m = (worn.place() - before).norm();
+        assert!(way_m > 0.03, "{cables:?}: it was carried by {way_m} m");
+        assert!(!happened.iter().any(is_loss), "{cables:?}: {happened:?}");
+        assert!(worn.holds(), "{cables:?}");
     }
 }
 
