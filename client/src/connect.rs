@@ -2,6 +2,7 @@ use std::time::Duration;
 
 use tonic::transport::{Channel, Endpoint};
 use tsukamu_proto::PROTOCOL_MAJOR;
+use tsukamu_proto::v1::calibration_client::CalibrationClient;
 use tsukamu_proto::v1::clock_client::ClockClient;
 use tsukamu_proto::v1::control_client::ControlClient;
 use tsukamu_proto::v1::devices_client::DevicesClient;
@@ -161,6 +162,11 @@ impl Client {
     /// Gloves, trackers and other sources.
     pub fn devices(&self) -> DevicesClient<Channel> {
         DevicesClient::new(self.channel.clone())
+    }
+
+    /// Calibration of gloves and trackers.
+    pub fn calibration(&self) -> CalibrationClient<Channel> {
+        CalibrationClient::new(self.channel.clone())
     }
 
     /// Recordings.

@@ -3,6 +3,8 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand, ValueEnum};
 use tsukamu_client::connect::DEFAULT_ADDRESS;
 
+use super::calibrate::args::CalibrateArgs;
+
 /// Look at a running Tsukamu daemon, drive a hand in it, command it.
 #[derive(Debug, Parser)]
 #[command(name = "tsukamu", version, arg_required_else_help = true)]
@@ -37,6 +39,8 @@ pub(crate) enum Command {
     Play(PlayArgs),
     /// Gloves, trackers and other sources, with their health.
     Devices(DevicesArgs),
+    /// Fit a glove to its wearer, or a tracker to the room or the wrist, while the daemon runs.
+    Calibrate(CalibrateArgs),
     /// Advance a daemon in lockstep mode.
     Step(StepArgs),
     /// Load a built-in scene by name, or a scene file.

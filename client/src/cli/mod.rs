@@ -13,6 +13,8 @@ use args::{Args, Command};
 
 /// What may be typed.
 mod args;
+/// `calibrate`.
+mod calibrate;
 /// `step`, `load`, `reset`, `pause`, `resume`.
 mod control;
 /// `devices`.
@@ -77,6 +79,7 @@ async fn run(args: Args) -> Result<()> {
         Command::Events(events) => events::events(&client, &events, json).await,
         Command::Send(send) => send::send(&client, &send, json).await,
         Command::Devices(devices) => devices::devices(&client, &devices, json).await,
+        Command::Calibrate(calibrate) => calibrate::calibrate(&client, &calibrate, json).await,
         Command::Record(record) => recordings::record(&client, record, json).await,
         Command::Play(play) => recordings::play(&client, play, json).await,
         Command::Step(step) => control::step(&client, &step, json).await,

@@ -29,7 +29,7 @@ mod screen;
 /// The table of hands and the table of objects.
 mod tables;
 /// The terminal while a live view is on it.
-mod terminal;
+pub(super) mod terminal;
 
 use model::WatchModel;
 use terminal::LiveTerminal;

@@ -8,25 +8,25 @@ const BEGIN_PICTURE: &str = "\x1b[?2026h\x1b[H";
 const END_PICTURE: &str = "\x1b[J\x1b[?2026l";
 
 /// The terminal while a live view is on it; given back when dropped.
-pub(super) struct LiveTerminal {
+pub(in crate::cli) struct LiveTerminal {
     terminal: Term,
 }
 
 impl LiveTerminal {
-    pub(super) fn open(terminal: Term) -> std::io::Result<Self> {
+    pub(in crate::cli) fn open(terminal: Term) -> std::io::Result<Self> {
         terminal.write_str(ENTER)?;
         terminal.flush()?;
         Ok(Self { terminal })
     }
 
     /// Lines and columns.
-    pub(super) fn size(&self) -> (usize, usize) {
+    pub(in crate::cli) fn size(&self) -> (usize, usize) {
         let (height, width) = self.terminal.size();
         (usize::from(height), usize::from(width))
     }
 
     /// Shows these lines from the top, in one write, and nothing below them.
-    pub(super) fn draw(&self, lines: &[String]) -> std::io::Result<()> {
+    pub(in crate::cli) fn draw(&self, lines: &[String]) -> std::io::Result<()> {
         let body: Vec<String> = lines
             .iter()
             .map(|line| format!("{line}\x1b[0m\x1b[K"))
