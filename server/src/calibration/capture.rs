@@ -29,6 +29,7 @@ struct GloveEar {
     readings: watch::Receiver<Option<GloveReading>>,
     newest: Option<GloveReading>,
     heard: Instant,
+    _attendance: Arc<()>,
 }
 
 impl GloveEar {
@@ -77,6 +78,8 @@ pub(super) struct Listening {
     pub(super) hand: Option<Handedness>,
     pub(super) readings: watch::Receiver<Option<GloveReading>>,
     pub(super) patience: Duration,
+    /// Says, while it lives, that somebody is there.
+    pub(super) attendance: Arc<()>,
 }
 
 impl Listening {
@@ -88,6 +91,7 @@ impl Listening {
             readings: self.readings,
             newest: None,
             heard: now,
+            _attendance: self.attendance,
         };
         (ear, now + self.patience)
     }

@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
 use nalgebra::Point3;
@@ -25,6 +25,8 @@ pub use super::file::Replace;
 
 /// A run that nobody asks about is given up after so long.
 const LEFT_ALONE: Duration = Duration::from_secs(120);
+/// A run in which nothing is captured gives way to a new one after so long: whoever began it may have gone.
+const GIVES_WAY: Duration = Duration::from_secs(3);
 
 /// What is to be done with a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,6 +81,8 @@ struct Run {
     captures: Vec<PoseCapture>,
     range: Option<QuickRange>,
     last_used: Instant,
+    /// Alive while something is captured.
+    capturing: Weak<()>,
 }
 
 impl CalibrationDesk {
@@ -117,6 +121,8 @@ impl CalibrationDesk {
         let before = tap.calibration();
         let begun = {
             let mut runs = self.runs();
+            runs.open
+                .retain(|_, run| run.tap.name() != device || run.is_attended());
             if runs.open.values().any(|run| run.tap.name() == device) {
                 return Err(CalibrationFault::Busy(device.to_owned()));
             }
@@ -134,6 +140,7 @@ impl CalibrationDesk {
                 captures: Vec::new(),
                 range: None,
                 last_used: Instant::now(),
+                capturing: Weak::new(),
             };
             runs.open.insert(run, new);
             run
@@ -403,8 +410,15 @@ impl CalibrationDesk {
 }
 
 impl Run {
-    fn listening(&self, patience: Duration) -> Listening {
+    fn is_attended(&self) -> bool {
+        self.capturing.strong_count() > 0 || self.last_used.elapsed() < GIVES_WAY
+    }
+
+    fn listening(&mut self, patience: Duration) -> Listening {
+        let attendance = Arc::new(());
+        self.capturing = Arc::downgrade(&attendance);
         Listening {
+            attendance,
             device: self.tap.name().to_owned(),
             hand: self.base.hand,
             readings: self.tap.glove_readings(),
