@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use crate::emulate::Emulator;
-use crate::emulate::line_fault::LineFaults;
 use crate::emulate::beat::Beat;
+use crate::emulate::line_fault::LineFaults;
 use crate::glove::delimited::column::Column;
 use crate::glove::delimited::settings::{DelimitedSettings, Scale, TimeUnit};
 use crate::glove::sensor::GloveSensor;

@@ -1,8 +1,8 @@
 //! 5DT gloves of 5, 14 and 16. **No real glove has been compared with them.**
 
 use crate::emulate::Emulator;
-use crate::emulate::line_fault::LineFaults;
 use crate::emulate::beat::Beat;
+use crate::emulate::line_fault::LineFaults;
 use crate::glove::calibrate::Handedness;
 use crate::glove::fivedt::checksum::Rule;
 use crate::glove::fivedt::format::FLEXED;

@@ -1,8 +1,8 @@
 //! An OpenCyberGlove. **No real glove has been compared with it.**
 
 use crate::emulate::Emulator;
-use crate::emulate::line_fault::LineFaults;
 use crate::emulate::beat::Beat;
+use crate::emulate::line_fault::LineFaults;
 use crate::glove::opencyberglove::format::USUAL_ORDER;
 use crate::glove::opencyberglove::packet::{N_VALUES, Packet};
 use crate::glove::sensor::GloveSensor;

@@ -10,125 +10,16 @@ use crate::buffer::StampedBuffer;
 use crate::core::Core;
 use crate::fault::{Fault, hex};
 use crate::glove::auto_range::AutoRange;
-use crate::glove::calibrate::{GloveCalibration, Handedness, SensorCalibration};
+use crate::glove::calibrate::GloveCalibration;
+use crate::glove::format::{Cut, Format, Sample};
 use crate::glove::sensor::GloveSensor;
-use crate::reading::{Controls, GloveReading};
+use crate::reading::GloveReading;
 use crate::session::{DeviceEvent, DeviceInfo, PortRequest, Session, SessionState, SessionStats};
 
 /// How often a question is put that a device has to answer.
 const ATTEMPTS: u32 = 3;
 /// Bytes of a device that makes no sense which are kept for the message.
 const FIRST_BYTES: usize = 64;
-
-/// What a kind of glove says, and how it is made to. It sees bytes only: no port and no clock.
-pub trait Format {
-    /// The device family, for messages.
-    const FAMILY: &'static str;
-
-    /// When to worry.
-    fn limits(&self) -> Limits;
-
-    /// Greatest minus least raw value that the device can send.
-    fn raw_span(&self) -> f64;
-
-    /// What a sensor is taken for that the wearer's file does not name.
-    fn default_of(&self, sensor: GloveSensor) -> SensorCalibration;
-
-    /// Whether ranges are learned from what the sensors show.
-    fn learns_ranges(&self) -> bool {
-        false
-    }
-
-    /// What came before is forgotten: the port was opened, or the device is made to start again.
-    fn begin(&mut self) {}
-
-    /// The question of a step of the start-up; `None` after the last.
-    fn question(&self, _step: usize) -> Option<Question> {
-        None
-    }
-
-    /// Up to where the bytes hold the answer to a step; `None` while they do not.
-    fn answer(&mut self, _step: usize, _bytes: &[u8]) -> Option<usize> {
-        None
-    }
-
-    /// What stands at the front of these bytes.
-    fn cut(&mut self, bytes: &[u8]) -> Cut;
-
-    /// What is known of the device.
-    fn info(&self) -> DeviceInfo;
-
-    /// The bytes that make the device quiet.
-    fn farewell(&self) -> &'static [u8] {
-        &[]
-    }
-}
-
-/// When a device is silent for too long, or makes no sense for too long.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Limits {
-    /// Time without a record after which something is done, ns.
-    pub silence_ns: u64,
-    /// How often that is done in vain before the port is opened again.
-    pub tries: u32,
-    /// Length of a short record, bytes.
-    pub record_bytes: usize,
-    /// Bytes without a record after which something is done.
-    pub garbage_bytes: usize,
-}
-
-/// Something that is sent while a device starts.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Question {
-    /// What is sent.
-    pub bytes: Vec<u8>,
-    /// How long the answer may take, ns; `None` when there is none.
-    pub answer_ns: Option<u64>,
-    /// Whether a device that does not answer is none of this family; otherwise the start-up goes on.
-    pub needed: bool,
-}
-
-/// What stands at the front of the bytes.
-#[expect(
-    clippy::large_enum_variant,
-    reason = "a box would cost an allocation for each of some hundred records in a second"
-)]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Cut {
-    /// Too little to tell.
-    Wait,
-    /// So many bytes that belong there and say nothing.
-    Filler(usize),
-    /// So many bytes that do not belong there.
-    Bad(usize),
-    /// So many bytes in which the device said something about itself.
-    About(usize),
-    /// A record of so many bytes.
-    Record(usize, Sample),
-}
-
-/// What a record holds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
-    /// Raw values by wire slot; `None` for a sensor that the device lacks.
-    pub raw: [Option<f64>; GloveSensor::N_SLOTS],
-    /// The device's own counter, unwrapped.
-    pub device_ticks: Option<u64>,
-    /// Which hand the device says that it is for.
-    pub hand: Option<Handedness>,
-    /// Buttons and axes.
-    pub controls: Controls,
-}
-
-impl Sample {
-    /// A record without anything in it.
-    pub const EMPTY: Self = Self {
-        raw: [None; GloveSensor::N_SLOTS],
-        device_ticks: None,
-        hand: None,
-        controls: Controls::NONE,
-    };
-}
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stage {
@@ -162,8 +53,9 @@ pub struct Listening<F> {
     lost_bytes: usize,
     /// What was done in vain since the last record.
     fruitless: u32,
-    last_record_ns: u64,
-    /// The first bytes since the last record.
+    /// How many bytes have come since the last record, or since something was done about it.
+    heard: usize,
+    /// The first of them.
     first_bytes: Vec<u8>,
 }
 
@@ -187,7 +79,7 @@ impl<F: Format> Listening<F> {
             bad_bytes: 0,
             lost_bytes: 0,
             fruitless: 0,
-            last_record_ns: 0,
+            heard: 0,
             first_bytes: Vec::new(),
         };
         session.wear(calibration);
@@ -239,7 +131,6 @@ impl<F: Format> Listening<F> {
             step += 1;
         }
         self.stage = Stage::Listening;
-        self.last_record_ns = now_ns;
         self.deadline_ns = Some(now_ns + self.format.limits().silence_ns);
     }
 
@@ -293,8 +184,7 @@ impl<F: Format> Listening<F> {
         self.bad_bytes = 0;
         self.lost_bytes = 0;
         self.fruitless = 0;
-        self.first_bytes.clear();
-        self.last_record_ns = stamp_ns;
+        self.forget_first_bytes();
         self.deadline_ns = Some(stamp_ns + self.format.limits().silence_ns);
         self.core.enter(stamp_ns, SessionState::Running, None);
         if self.format.learns_ranges() {
@@ -338,11 +228,16 @@ impl<F: Format> Listening<F> {
         self.recover(now_ns);
     }
 
+    fn forget_first_bytes(&mut self) {
+        self.heard = 0;
+        self.first_bytes.clear();
+    }
+
     /// What is wrong with a device from which no record comes.
     fn fault(&self) -> Fault {
         let device = F::FAMILY;
         let first_bytes = hex(&self.first_bytes);
-        if self.first_bytes.len() < self.format.limits().record_bytes.min(FIRST_BYTES) {
+        if self.heard < self.format.limits().record_bytes {
             Fault::Silent { device }
         } else if self.ran {
             Fault::Garbled {
@@ -363,7 +258,7 @@ impl<F: Format> Listening<F> {
         self.core.enter(now_ns, SessionState::Stalled, Some(fault));
         self.core.stats.restarts += 1;
         self.fruitless += 1;
-        self.first_bytes.clear();
+        self.forget_first_bytes();
         if self.fruitless >= self.format.limits().tries {
             self.give_up();
         } else {
@@ -404,7 +299,7 @@ impl<F: Format> Session for Listening<F> {
     fn port_opened(&mut self, now_ns: u64) {
         self.buffer.clear();
         self.core.forget_port();
-        self.first_bytes.clear();
+        self.forget_first_bytes();
         self.ran = false;
         self.fruitless = 0;
         let fault = match self.core.fault.take() {
@@ -431,6 +326,7 @@ impl<F: Format> Session for Listening<F> {
             if self.stage == Stage::Closed {
                 return;
             }
+            self.heard = self.heard.saturating_add(piece.len());
             let room = FIRST_BYTES.saturating_sub(self.first_bytes.len());
             self.first_bytes
                 .extend_from_slice(&piece[..piece.len().min(room)]);

@@ -4,6 +4,7 @@ pub mod calibrate;
 pub mod cyberglove;
 pub mod delimited;
 pub mod fivedt;
+pub mod format;
 pub mod listening;
 pub mod lucidglove;
 pub mod opencyberglove;

@@ -51,7 +51,8 @@ pub(super) struct EmulateArgs {
     /// The tracker of `hand` [default: fastrak].
     #[arg(long, value_name = "KIND", value_parser = kinds_of(Role::is_tracker))]
     tracker: Option<String>,
-    /// The model, where there are several: 18 or 22 sensors of a CyberGlove.
+    /// The model, where there are several: 18 or 22 (sensors of a CyberGlove), 5, 5w, 14 or 16 (5DT), sketch or homunculus
+    /// (delimited).
     #[arg(long, alias = "sensors", value_name = "MODEL")]
     model: Vec<String>,
     /// The wearer's calibration file, as the daemon uses it.
@@ -108,7 +109,10 @@ pub(super) fn emulate(args: &EmulateArgs) -> Result<(), Failure> {
             model: device.model,
             plug: Plug {
                 link: link(args, device, &wanted),
-                baud: Some(args.baud.unwrap_or(device.kind.baud)),
+                baud: Some(
+                    args.baud
+                        .unwrap_or_else(|| (device.kind.baud)(device.model)),
+                ),
             },
         };
         let mut device = (device.kind.spawn)(worn).with_context(|| cannot_plug(args))?;

@@ -4,9 +4,16 @@ use std::io;
 
 use tsukamu_devices::driver::Role;
 use tsukamu_devices::glove::cyberglove::settings::SensorCount;
+use tsukamu_devices::glove::delimited::settings::DelimitedSettings;
+use tsukamu_devices::glove::fivedt::settings::Model;
+use tsukamu_devices::glove::opencyberglove::format::BAUD;
 
 use super::cyberglove::spawn_cyberglove;
+use super::delimited::{five_numbers, spawn_delimited};
 use super::fastrak::spawn_fastrak;
+use super::fivedt::spawn_fivedt;
+use super::lucidglove::spawn_lucidglove;
+use super::opencyberglove::spawn_opencyberglove;
 use super::{Plugged, Worn};
 
 /// A kind of device that can be emulated.
@@ -20,8 +27,8 @@ pub struct Kind {
     pub role: Role,
     /// Its models, the usual one first; each name is used by one kind only. Never empty: one without choice has `""`.
     pub models: &'static [&'static str],
-    /// Line rate of such a device, bit/s.
-    pub baud: u32,
+    /// Line rate of a model as delivered, bit/s.
+    pub baud: fn(&str) -> u32,
     /// Lines of a `[[device]]` that the model needs, beyond name, kind and port.
     pub settings: fn(&str) -> String,
     /// Plugs one in.
@@ -38,7 +45,7 @@ pub const KINDS: &[Kind] = &[
         about: "A CyberGlove",
         role: Role::Glove,
         models: &["18", "22"],
-        baud: 115_200,
+        baud: usual,
         settings: nothing,
         spawn: |worn| {
             let sensors = if worn.model == "22" {
@@ -51,11 +58,67 @@ pub const KINDS: &[Kind] = &[
         },
     },
     Kind {
+        name: "lucidglove",
+        about: "A LucidGlove with a sensor at each joint, splay and force feedback",
+        role: Role::Glove,
+        models: &[""],
+        baud: usual,
+        settings: nothing,
+        spawn: |worn| {
+            let glove = spawn_lucidglove(worn.played, worn.calibration, worn.plug)?;
+            Ok(Box::new(glove))
+        },
+    },
+    Kind {
+        name: "5dt",
+        about: "A 5DT glove of 5 flexures (5, wireless 5w), of 14 or of 16",
+        role: Role::Glove,
+        models: &["5", "5w", "14", "16"],
+        baud: |model| fivedt(model).baud(),
+        settings: |model| format!("model = {model:?}\n"),
+        spawn: |worn| {
+            let model = fivedt(worn.model);
+            let glove = spawn_fivedt(worn.played, model, worn.calibration, worn.plug)?;
+            Ok(Box::new(glove))
+        },
+    },
+    Kind {
+        name: "delimited",
+        about: "A board that prints lines of numbers: a time and five flexures, or as a LeRobot Homunculus",
+        role: Role::Glove,
+        models: &["sketch", "homunculus"],
+        baud: usual,
+        settings: |model| match model {
+            "homunculus" => "layout = \"homunculus\"\n".to_owned(),
+            _ => FIVE_COLUMNS.to_owned(),
+        },
+        spawn: |worn| {
+            let settings = match worn.model {
+                "homunculus" => DelimitedSettings::homunculus(),
+                _ => five_numbers(),
+            };
+            let glove = spawn_delimited(worn.played, settings, worn.calibration, worn.plug)?;
+            Ok(Box::new(glove))
+        },
+    },
+    Kind {
+        name: "opencyberglove",
+        about: "An OpenCyberGlove",
+        role: Role::Glove,
+        models: &[""],
+        baud: |_model| BAUD,
+        settings: nothing,
+        spawn: |worn| {
+            let glove = spawn_opencyberglove(worn.played, worn.calibration, worn.plug)?;
+            Ok(Box::new(glove))
+        },
+    },
+    Kind {
         name: "fastrak",
         about: "A Fastrak with a receiver on the wrist",
         role: Role::Tracker,
         models: &[""],
-        baud: 115_200,
+        baud: usual,
         settings: nothing,
         spawn: |worn| {
             let tracker = spawn_fastrak(worn.played, worn.place, worn.plug)?;
@@ -67,6 +130,23 @@ pub const KINDS: &[Kind] = &[
 /// The kind of that name.
 pub fn named(name: &str) -> Option<&'static Kind> {
     KINDS.iter().find(|kind| kind.name == name)
+}
+
+/// The settings of [`five_numbers`].
+const FIVE_COLUMNS: &str =
+    "columns = [\"time\", \"thumb\", \"index\", \"middle\", \"ring\", \"little\"]\n";
+
+const fn usual(_model: &str) -> u32 {
+    115_200
+}
+
+fn fivedt(model: &str) -> Model {
+    match model {
+        "5w" => Model::FiveWireless,
+        "14" => Model::Fourteen,
+        "16" => Model::Sixteen,
+        _ => Model::Five,
+    }
 }
 
 fn nothing(_model: &str) -> String {

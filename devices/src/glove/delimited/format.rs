@@ -3,7 +3,8 @@
 use crate::glove::calibrate::{GloveCalibration, SensorCalibration};
 use crate::glove::delimited::line::{LineFault, Row, read_line};
 use crate::glove::delimited::settings::{DelimitedSettings, Scale, TimeUnit};
-use crate::glove::listening::{Cut, Format, Limits, Listening, Question, Sample};
+use crate::glove::format::{Cut, Format, Limits, Question, Sample};
+use crate::glove::listening::Listening;
 use crate::glove::quick_range::usual_range_deg;
 use crate::glove::sensor::GloveSensor;
 use crate::session::DeviceInfo;

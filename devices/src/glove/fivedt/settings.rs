@@ -14,6 +14,19 @@ pub enum Model {
     Sixteen,
 }
 
+impl Model {
+    /// Its name in settings.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Five => "5",
+            Self::FiveWireless => "5w",
+            Self::Fourteen => "14",
+            Self::Sixteen => "16",
+        }
+    }
+}
+
 /// In which order a glove of five sends its flexures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum FlexureOrder {

@@ -1,7 +1,8 @@
 //! What an OpenCyberGlove says, cut into packets.
 
 use crate::glove::calibrate::{GloveCalibration, SensorCalibration};
-use crate::glove::listening::{Cut, Format, Limits, Listening, Sample};
+use crate::glove::format::{Cut, Format, Limits, Sample};
+use crate::glove::listening::Listening;
 use crate::glove::opencyberglove::packet::{LENGTH, N_VALUES, Packet, RAW_MAX};
 use crate::glove::quick_range::usual_range_deg;
 use crate::glove::sensor::GloveSensor;
@@ -44,8 +45,8 @@ pub const USUAL_ORDER: [GloveSensor; N_VALUES] = [
 /// What the user may choose about an OpenCyberGlove.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OpenCyberGloveSettings {
-    /// The joints of the values in the order of the packet; none for a value that is left out.
-    pub order: [Vec<GloveSensor>; N_VALUES],
+    /// The joints of the values in the order of the packet; none for a value that is left out, as is one beyond the last.
+    pub order: Vec<Vec<GloveSensor>>,
     /// Whether the ranges of sensors that the wearer's file does not name are learned while the glove is worn.
     pub autocalibrate: bool,
 }
@@ -53,7 +54,7 @@ pub struct OpenCyberGloveSettings {
 impl Default for OpenCyberGloveSettings {
     fn default() -> Self {
         Self {
-            order: USUAL_ORDER.map(|sensor| vec![sensor]),
+            order: USUAL_ORDER.iter().map(|sensor| vec![*sensor]).collect(),
             autocalibrate: false,
         }
     }
