@@ -170,7 +170,7 @@ async fn status(State(backend): State<Backend>) -> impl IntoResponse {
     let stamp = status.stamp.unwrap_or_default();
     let devices: Vec<Value> = backend.devices_now().devices.into_iter().map(|device| json!({
         "name": device.name, "kind": device.kind, "place": device.place, "state": device.state,
-        "error": device.error, "rate_hz": device.rate_hz, "age_s": device.age_s, "dropped": device.dropped, "superseded": device.superseded,
+        "error": device.error, "warnings": device.warnings.iter().map(|warning| &warning.text).collect::<Vec<_>>(), "rate_hz": device.rate_hz, "age_s": device.age_s, "dropped": device.dropped, "superseded": device.superseded,
         "wrist": device.wrist.as_ref().map(stream), "fingers": device.fingers.as_ref().map(stream),
     })).collect();
     let all = json!({

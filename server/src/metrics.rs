@@ -10,8 +10,10 @@ use prometheus_client::metrics::histogram::Histogram;
 use prometheus_client::registry::{Registry, Unit};
 use tsukamu_proto::v1;
 
+use devices::DeviceFamilies;
 use streams::StreamFamilies;
 
+mod devices;
 mod streams;
 
 /// Upper bounds of the step time's buckets, seconds.
@@ -62,6 +64,7 @@ pub struct Metrics {
     /// The VRPN server.
     pub vrpn: VrpnMetrics,
     sources: SourceFamilies,
+    devices: DeviceFamilies,
     streams: StreamFamilies,
 }
 
@@ -149,6 +152,7 @@ impl Metrics {
             n_event_subscribers: gauge(r, "event_subscribers", "Subscribers of events"),
             vrpn: VrpnMetrics::new(r),
             sources: SourceFamilies::new(r),
+            devices: DeviceFamilies::new(r.sub_registry_with_prefix("source")),
             streams: StreamFamilies::new(r),
             registry,
         }
@@ -174,6 +178,7 @@ impl Metrics {
             .n_clients
             .set(self.vrpn.clients.load(Ordering::Relaxed) as i64);
         self.sources.fill(sources);
+        self.devices.fill(sources);
         self.streams.fill(sources);
         let mut out = String::new();
         text::encode(&mut out, &self.registry).expect("a string takes every text");

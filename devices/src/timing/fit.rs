@@ -43,7 +43,7 @@ impl ClockFit {
     #[must_use]
     pub fn new(tick_ns: Option<f64>) -> Self {
         let mut fit = Self {
-            tick_ns: tick_ns.filter(|tick_ns| tick_ns.is_finite() && *tick_ns > 0.0),
+            tick_ns: usable(tick_ns),
             is_nominal_wrong: false,
             envelope: Envelope::new(BIN_NS, N_BINS),
             base: None,
@@ -82,6 +82,14 @@ impl ClockFit {
                 .saturating_add(line.at(x).max(0.0) as u64)
                 .min(arrival_ns),
         )
+    }
+
+    /// Begins anew with that nominal length of a tick, ns; one that was found to be wrong stays wrong.
+    pub fn set_tick(&mut self, tick_ns: Option<f64>) {
+        let tick_ns = usable(tick_ns);
+        self.is_nominal_wrong &= self.tick_ns == tick_ns;
+        self.tick_ns = tick_ns;
+        self.restart();
     }
 
     /// Begins anew, as after the device was gone.
@@ -178,6 +186,10 @@ impl ClockFit {
         let since_ns = *self.late_since_ns.get_or_insert(arrival_ns);
         ticks < self.last_ticks || arrival_ns.saturating_sub(since_ns) > LATE_FOR_NS
     }
+}
+
+fn usable(tick_ns: Option<f64>) -> Option<f64> {
+    tick_ns.filter(|tick_ns| tick_ns.is_finite() && *tick_ns > 0.0)
 }
 
 /// `a - b` where either may be greater.

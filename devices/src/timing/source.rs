@@ -90,7 +90,7 @@ impl SourceClock {
 
     /// The device said how long a tick of its counter is, ns; `None` where it did not.
     pub fn set_tick(&mut self, tick_ns: Option<f64>) {
-        self.counter = ClockFit::new(tick_ns);
+        self.counter.set_tick(tick_ns);
     }
 
     /// The device was gone, or was started anew: its counter may begin anywhere.

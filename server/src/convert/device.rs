@@ -1,8 +1,29 @@
 //! What is told about a device beside its counters.
 
+use tsukamu_devices::timing::source::ClockReport;
 use tsukamu_proto::v1;
 
 use crate::input::fusion::{StreamErrors, StreamReport};
+use crate::input::warning::Code;
+
+/// What is wrong with a device.
+pub fn device_warning(code: Code, text: &str) -> v1::DeviceWarning {
+    v1::DeviceWarning {
+        code: code.name().to_owned(),
+        text: text.to_owned(),
+    }
+}
+
+/// How a device's samples get their times.
+pub fn device_clock(report: &ClockReport) -> v1::DeviceClock {
+    v1::DeviceClock {
+        kind: report.kind.name().to_owned(),
+        drift_ppm: report.drift_ppm,
+        error_s: report.error_s,
+        tick_s: report.tick_s,
+        restarts: report.n_restarts,
+    }
+}
 
 /// How one stream of a hand stands at a monotonic time in nanoseconds.
 pub fn hand_stream(report: &StreamReport, now_ns: u64) -> v1::HandStream {

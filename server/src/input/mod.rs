@@ -16,14 +16,18 @@ pub mod filter;
 pub mod fusion;
 /// All sources of the world, and what they give to each step.
 pub mod intake;
-/// Rate, longest gap and age of a stream of samples.
+/// Rate, jitter, gaps and age of a stream of samples.
 pub mod meter;
 /// Quantities that move.
 pub mod moving;
 /// The One-Euro filter.
 pub mod one_euro;
+/// Whether a device is there.
+pub mod presence;
 /// Where a stream will be a little later.
 pub mod predict;
+/// How often a glove's sensors are beyond their range.
+pub mod reach;
 /// A client's stream that drives a hand.
 pub mod remote;
 /// The measured error of a stream's prediction.
@@ -34,3 +38,7 @@ pub mod serial;
 pub mod sources;
 /// One of the two streams that make a hand.
 pub mod stream;
+/// Devices are looked after.
+pub mod supervise;
+/// What is wrong with a device that is there.
+pub mod warning;

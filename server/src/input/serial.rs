@@ -3,25 +3,30 @@
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use tracing::info;
+use tokio::task::JoinSet;
+use tracing::{debug, info, warn};
 use tsukamu_devices::clock::Clock as PortClock;
 use tsukamu_devices::network::{self, LinkSettings};
 use tsukamu_devices::port::{Direction, PortEvent};
 use tsukamu_devices::port_thread::PortThread;
-use tsukamu_devices::session::{DeviceEvent, SessionState, SessionStats, StateChange};
-use tsukamu_devices::timing::Stamped;
+use tsukamu_devices::session::{DeviceEvent, DeviceInfo, SessionState, SessionStats, StateChange};
+use tsukamu_devices::timing::source::{SourceClock, Stream};
 use tsukamu_proto::v1;
 
+use crate::broadcast::inbox::{DeviceNews, EventEntry, Inbox, What};
 use crate::calibration::taps::Taps;
 use crate::clock::Clock;
 use crate::recorder_handle::{RecordItem, RecorderHandle};
 use crate::settings::device::DeviceSettings;
 use crate::settings::hand::HandSettings;
+use crate::status::StatusBoard;
 use crate::ticker::request::{NewDriver, NewHand, Refusal, Request, TickerHandle};
 
 use super::assemble::{Assembly, Mount};
 use super::feedback::Feel;
+use super::presence::{News, Presence};
 use super::sources::{Arrived, Source, Sources};
+use super::supervise::supervise;
 
 /// Where the ports' threads find the recording that wants their bytes; cheap to clone.
 #[derive(Clone, Debug, Default)]
@@ -49,8 +54,10 @@ impl RawTap {
 /// A hand as a port's thread sees it.
 #[derive(Clone, Debug)]
 struct HandOfPort {
-    /// Station of the tracker that belongs to it.
-    station: u16,
+    /// Whether its fingers come from there.
+    has_fingers: bool,
+    /// Station of the tracker that its wrist comes from; `None` when it does not come from there.
+    station: Option<u16>,
     assembly: Arc<Mutex<Assembly>>,
     source: Arc<Source>,
 }
@@ -67,6 +74,8 @@ impl HandOfPort {
 #[derive(Debug)]
 pub struct SerialPorts {
     threads: Vec<PortThread>,
+    /// Ends with it.
+    _supervision: JoinSet<()>,
 }
 
 /// What ports need of the daemon.
@@ -78,6 +87,10 @@ pub struct PortContext {
     pub ticker: TickerHandle,
     /// Where raw bytes go.
     pub raw_tap: RawTap,
+    /// Where events go.
+    pub inbox: Arc<Inbox>,
+    /// The last step's stamp, which events carry.
+    pub status: Arc<StatusBoard>,
     /// The time that all stamps share.
     pub clock: Clock,
     /// Where calibration finds the devices.
@@ -97,7 +110,7 @@ pub enum SerialFault {
 
 impl SerialPorts {
     /// Opens every device's port on a thread of its own, and lets the hands join the world. A port that is not there
-    /// is waited for.
+    /// is waited for. Called on a tokio runtime, on which the devices are looked after.
     ///
     /// # Errors
     /// When the system refuses a thread, or the tick thread a hand.
@@ -120,16 +133,22 @@ impl SerialPorts {
         for hand in hands {
             let (source, assembly) = join(hand, devices, context)?;
             sources.push(Arc::clone(&source));
+            // One device may be both, or be able to be both and be used for one.
+            let is_one = hand.glove == hand.tracker;
             let part = HandOfPort {
-                station: hand.station,
+                has_fingers: true,
+                station: is_one.then_some(hand.station),
                 assembly,
                 source,
             };
-            of_port[hand.glove].push(part.clone());
-            // One device may be both.
-            if hand.tracker != hand.glove {
-                of_port[hand.tracker].push(part);
+            if !is_one {
+                of_port[hand.tracker].push(HandOfPort {
+                    has_fingers: false,
+                    station: Some(hand.station),
+                    ..part.clone()
+                });
             }
+            of_port[hand.glove].push(part);
         }
         let threads = devices
             .iter()
@@ -141,7 +160,12 @@ impl SerialPorts {
             let glove = threads[hand.glove].session();
             source.set_feel(Feel::new(hand.feedback_strength, glove));
         }
-        Ok(Self { threads })
+        let mut supervision = JoinSet::new();
+        supervision.spawn(supervise(context.sources.clone(), context.clock));
+        Ok(Self {
+            threads,
+            _supervision: supervision,
+        })
     }
 
     /// Makes the devices quiet and closes their ports, all at once; within about 0.3 s each.
@@ -196,21 +220,34 @@ fn spawn(
         raw: true,
     };
     let port_clock = PortClock::new(context.clock.origin());
-    let (tap, clock) = (context.raw_tap.clone(), context.clock);
     let reads = context.taps.add(device);
     let shown = Arc::clone(&reads);
+    let tap = context.raw_tap.clone();
+    row.supervise(
+        device
+            .expected_rate_hz
+            .or_else(|| device.driver.nominal_rate_hz()),
+    );
+    let mut port = DeviceOfPort {
+        row,
+        hands,
+        times: SourceClock::new(),
+        presence: Presence::default(),
+        identity: String::new(),
+        context: context.clone(),
+    };
     let deliver = move |event: PortEvent<'_>| match event {
         PortEvent::Device(event) => {
             shown.offer(&event);
-            take(&row, &hands, event);
+            port.take(event);
         }
-        PortEvent::Stats(stats) => note_stats(&row, &stats),
+        PortEvent::Stats(stats) => port.note_stats(&stats),
         PortEvent::Raw {
             stamp_ns,
             direction: Direction::Received,
             bytes,
         } => {
-            tap.offer(&clock, &row.name, stamp_ns, bytes);
+            tap.offer(&port.context.clock, &port.row.name, stamp_ns, bytes);
         }
         PortEvent::Raw { .. } => {}
     };
@@ -220,66 +257,138 @@ fn spawn(
     Ok(thread)
 }
 
-/// Hands a reading to the hands that it belongs to.
-fn take(row: &Source, hands: &[HandOfPort], event: DeviceEvent) {
-    match event {
-        DeviceEvent::Glove(reading) => {
-            row.note(reading.stamp_ns);
-            let stamped = Stamped {
-                ticks: reading.device_ticks,
-                ..Stamped::on_arrival(reading.stamp_ns)
-            };
-            for hand in hands {
-                hand.offer(lock(&hand.assembly).of_glove(stamped, &reading));
+/// What a port's thread knows of its device.
+#[derive(Debug)]
+struct DeviceOfPort {
+    row: Arc<Source>,
+    hands: Vec<HandOfPort>,
+    /// When its samples were taken.
+    times: SourceClock,
+    presence: Presence,
+    /// What it last said of itself.
+    identity: String,
+    context: PortContext,
+}
+
+impl DeviceOfPort {
+    /// Hands a reading to the hands that it belongs to, and a change of state to those who watch.
+    fn take(&mut self, event: DeviceEvent) {
+        match event {
+            DeviceEvent::Glove(reading) => {
+                self.row.note_glove(&reading);
+                let stream = Stream::Glove(reading.hand);
+                let stamped = self
+                    .times
+                    .stamp(stream, reading.stamp_ns, reading.device_ticks);
+                for hand in self.hands.iter().filter(|hand| hand.has_fingers) {
+                    hand.offer(lock(&hand.assembly).of_glove(stamped, &reading));
+                }
             }
-        }
-        DeviceEvent::Tracker(reading) => {
-            row.note(reading.stamp_ns);
-            let stamped = Stamped {
-                ticks: reading.device_ticks,
-                ..Stamped::on_arrival(reading.stamp_ns)
-            };
-            for hand in hands.iter().filter(|hand| hand.station == reading.station) {
-                hand.offer(Some(lock(&hand.assembly).of_tracker(stamped, &reading)));
+            DeviceEvent::Tracker(reading) => {
+                self.row.note(reading.stamp_ns);
+                let stream = Stream::Station(reading.station);
+                let stamped = self
+                    .times
+                    .stamp(stream, reading.stamp_ns, reading.device_ticks);
+                let of_station = |hand: &&HandOfPort| hand.station == Some(reading.station);
+                for hand in self.hands.iter().filter(of_station) {
+                    hand.offer(Some(lock(&hand.assembly).of_tracker(stamped, &reading)));
+                }
             }
-        }
-        DeviceEvent::State(change) => note_state(row, change),
-        DeviceEvent::Identified(about) => {
-            info!(
-                device = row.name,
-                family = about.family,
-                firmware = about.firmware,
-                identity = about.identity,
-                sensors = about.n_sensors,
-                "device identified"
-            );
+            DeviceEvent::State(change) => self.note_state(change),
+            DeviceEvent::Identified(about) => self.identify(&about),
         }
     }
-}
 
-fn note_state(row: &Source, change: StateChange) {
-    let error = change
-        .fault
-        .map_or_else(String::new, |fault| fault.to_string());
-    info!(
-        device = row.name,
-        state = state_name(change.state),
-        error,
-        "device"
-    );
-    row.update(|health| {
-        health.state = state_name(change.state);
-        health.error = error;
-    });
-}
+    /// A device that is back says the same of itself as before: that is no news.
+    fn identify(&mut self, about: &DeviceInfo) {
+        self.times.set_tick(about.tick_ns);
+        let identity = format!(
+            "{} {} {} {}",
+            about.family, about.firmware, about.identity, about.n_sensors
+        );
+        if self.identity == identity {
+            return;
+        }
+        self.identity = identity;
+        info!(
+            device = self.row.name,
+            family = about.family,
+            firmware = about.firmware,
+            identity = about.identity,
+            sensors = about.n_sensors,
+            "device identified"
+        );
+    }
 
-fn note_stats(row: &Source, stats: &SessionStats) {
-    row.update(|health| {
-        health.n_bytes = stats.bytes;
-        health.n_resyncs = stats.resyncs;
-        health.n_bad_records = stats.dropped_records;
-        health.n_reconnects = stats.restarts;
-    });
+    fn note_state(&mut self, change: StateChange) {
+        if change.state != SessionState::Running {
+            self.times.restart();
+        }
+        let news = self.presence.change(&change);
+        let error = change
+            .fault
+            .map_or_else(String::new, |fault| fault.to_string());
+        debug!(
+            device = self.row.name,
+            state = state_name(change.state),
+            error,
+            "device state"
+        );
+        self.row.update(|health| {
+            health.state = state_name(change.state);
+            health.error = error;
+        });
+        self.row.note_clock(self.times.report());
+        if let Some(news) = news {
+            self.tell(change.stamp_ns, news);
+        }
+    }
+
+    /// One line of the log, and of a loss and a return one event.
+    fn tell(&self, stamp_ns: u64, news: News) {
+        let name = || self.row.name.clone();
+        match news {
+            News::Runs => info!(device = self.row.name, "device runs"),
+            News::Waited { reason } => {
+                warn!(device = self.row.name, reason, "device is not there yet");
+            }
+            News::Lost { reason } => {
+                warn!(device = self.row.name, reason, "device lost");
+                self.row.note_loss();
+                let device = name();
+                self.post(stamp_ns, DeviceNews::Lost { device, reason });
+            }
+            News::Returned { absent_s } => {
+                info!(device = self.row.name, absent_s, "device is back");
+                let device = name();
+                self.post(stamp_ns, DeviceNews::Returned { device, absent_s });
+            }
+        }
+    }
+
+    fn post(&self, stamp_ns: u64, news: DeviceNews) {
+        let entry = EventEntry {
+            stamp: v1::Stamp {
+                wall_ns: self.context.clock.wall_of(stamp_ns),
+                ..self.context.status.stamp()
+            },
+            what: What::Device(news),
+            object: None,
+            content: None,
+        };
+        self.context.inbox.post(|batch| batch.events.push(entry));
+    }
+
+    fn note_stats(&self, stats: &SessionStats) {
+        self.row.update(|health| {
+            health.n_bytes = stats.bytes;
+            health.n_resyncs = stats.resyncs;
+            health.n_bad_records = stats.dropped_records;
+            health.n_reconnects = stats.restarts;
+        });
+        self.row.note_clock(self.times.report());
+    }
 }
 
 /// The name on the wire.

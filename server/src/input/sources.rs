@@ -12,9 +12,10 @@ use tsukamu_world::state::HandId;
 
 use crate::convert::device::hand_stream;
 
-use super::fusion::StreamReport;
 use super::feedback::Feel;
+use super::fusion::StreamReport;
 use super::meter::Meter;
+use super::supervise::{Supervised, fill_gaps};
 
 /// Samples that wait for a step, at most: the newest wins, the others are kept for the recording only. A glove and a
 /// tracker together send some 250 per second, and a scene may step as slowly as once in one.
@@ -87,10 +88,12 @@ pub struct Source {
 }
 
 #[derive(Debug)]
-struct Lane {
+pub(super) struct Lane {
     waiting: VecDeque<Arrived>,
-    meter: Meter,
-    health: Health,
+    pub(super) meter: Meter,
+    pub(super) health: Health,
+    /// What is known of a device beside its samples; `None` for another source.
+    pub(super) supervised: Option<Box<Supervised>>,
     n_samples: u64,
     n_dropped: u64,
     n_superseded: u64,
@@ -174,8 +177,13 @@ impl Source {
             lane.health.state != state || lane.health.error != error
         };
         if is_news {
-            self.changed.send_modify(|n| *n += 1);
+            self.tell_change();
         }
+    }
+
+    /// Wakes those who watch the list.
+    pub(super) fn tell_change(&self) {
+        self.changed.send_modify(|n| *n += 1);
     }
 
     /// From now on that glove is told what the hand touches; only the first call counts.
@@ -200,7 +208,7 @@ impl Source {
     pub fn device(&self, now_ns: u64) -> v1::Device {
         let lane = self.lane();
         let health = &lane.health;
-        v1::Device {
+        let mut device = v1::Device {
             name: self.name.clone(),
             kind: self.kind.to_owned(),
             place: self.place.clone(),
@@ -221,18 +229,24 @@ impl Source {
                 .streams
                 .map(|[_, fingers]| hand_stream(&fingers, now_ns)),
             superseded: lane.n_superseded,
+            jitter_s: lane.meter.jitter_s(now_ns),
             ..v1::Device::default()
+        };
+        fill_gaps(&mut device, lane.meter.gaps());
+        if let Some(supervised) = &lane.supervised {
+            supervised.fill(&mut device, now_ns);
         }
+        device
     }
 
     /// A panic elsewhere leaves counters and a queue: usable.
-    fn lane(&self) -> MutexGuard<'_, Lane> {
+    pub(super) fn lane(&self) -> MutexGuard<'_, Lane> {
         self.lane.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Lane {
-    fn note(&mut self, arrival_ns: u64) {
+    pub(super) fn note(&mut self, arrival_ns: u64) {
         self.meter.note(arrival_ns);
         self.n_samples += 1;
     }
@@ -294,6 +308,7 @@ impl Sources {
                     state,
                     ..Health::default()
                 },
+                supervised: None,
                 n_samples: 0,
                 n_dropped: 0,
                 n_superseded: 0,
@@ -314,8 +329,13 @@ impl Sources {
 
     /// All sources at a monotonic time in nanoseconds.
     pub fn devices(&self, now_ns: u64) -> Vec<v1::Device> {
-        let list = self.list().clone();
-        list.iter().map(|source| source.device(now_ns)).collect()
+        let device = |source: &Arc<Source>| source.device(now_ns);
+        self.all().iter().map(device).collect()
+    }
+
+    /// All sources that are there.
+    pub fn all(&self) -> Vec<Arc<Source>> {
+        self.list().clone()
     }
 
     /// Changes whenever a source comes, goes, or changes its state.
