@@ -41,7 +41,7 @@ pub enum Place {
 pub enum NoPlace {
     /// There is no text.
     #[error(
-        "is empty; it must be a path such as /dev/ttyUSB0, or udp:, tcp: or tcp-listen: with a port"
+        "is empty; it must be a path in /dev/serial/by-id, or udp:, tcp: or tcp-listen: with a port"
     )]
     Empty,
     /// What follows the scheme is no address.

@@ -32,8 +32,12 @@ pub mod wire_message;
 pub mod event_log;
 /// World values to wire messages and back.
 pub mod convert;
+/// A VRPN server.
+pub mod vrpn;
 /// Recordings: written, read, verified, exported.
 pub mod record;
+/// What is wrong with a device, and what to do.
+pub mod doctor;
 /// Emulated devices, worn by a hand whose motion is known.
 pub mod emulate;
 /// Scenes against hand motion, offline.

@@ -1,6 +1,8 @@
 //! The command line: one file per command. What they print, they print through [`output`].
 
 mod check;
+mod devices;
+mod doctor;
 mod emulate;
 mod experiment;
 mod export;
@@ -68,6 +70,10 @@ enum Command {
     Recover(recover::RecoverArgs),
     /// Turn recorded hand motion of other projects into a hand CSV.
     Import(import::ImportArgs),
+    /// List this machine's serial ports: maker, lasting name, who may open them, who has them open.
+    Devices(devices::DevicesArgs),
+    /// Examine the devices of a settings file and say in plain words what is wrong.
+    Doctor(doctor::DoctorArgs),
     /// Emulate a glove or a tracker on a pseudo-terminal, worn by a recorded or computed hand.
     Emulate(emulate::EmulateArgs),
     /// Do the paper's experiments again.
@@ -87,6 +93,8 @@ pub(crate) fn main() -> ExitCode {
         Command::Recover(args) => recover::recover(&args),
         Command::Import(args) => import::import(&args),
         Command::Experiment(args) => experiment::experiment(args),
+        Command::Devices(args) => devices::devices(&args),
+        Command::Doctor(args) => doctor::doctor(&args),
         Command::Emulate(args) => emulate::emulate(&args),
     };
     match done {
