@@ -57,7 +57,7 @@ impl Trial {
 }
 
 enum News {
-    Device(DeviceEvent),
+    Device(Box<DeviceEvent>),
     Stats(SessionStats),
     Bytes(Vec<u8>),
 }
@@ -97,7 +97,7 @@ pub fn run(
 /// A full queue loses readings, and the trial is over by then.
 fn pass_on(sender: &SyncSender<News>, event: PortEvent<'_>) {
     let _ = sender.try_send(match event {
-        PortEvent::Device(event) => News::Device(event),
+        PortEvent::Device(event) => News::Device(Box::new(event)),
         PortEvent::Stats(stats) => News::Stats(stats),
         PortEvent::Raw {
             direction: Direction::Received,
@@ -137,8 +137,14 @@ impl Watch {
                 self.last_bytes.drain(..n_surplus);
             }
             News::Stats(stats) => self.stats = stats,
-            News::Device(DeviceEvent::Identified(info)) => self.info = Some(info),
-            News::Device(DeviceEvent::State(change)) => {
+            News::Device(event) => self.take_event(*event),
+        }
+    }
+
+    fn take_event(&mut self, event: DeviceEvent) {
+        match event {
+            DeviceEvent::Identified(info) => self.info = Some(info),
+            DeviceEvent::State(change) => {
                 // Also a session that asks for the port to be opened again has come to its end.
                 self.has_given_up |= change.state == SessionState::Absent;
                 self.state = Some(change.state);
@@ -147,7 +153,7 @@ impl Watch {
                     self.fault = change.fault;
                 }
             }
-            News::Device(DeviceEvent::Glove(reading)) => {
+            DeviceEvent::Glove(reading) => {
                 let is_clamped = reading
                     .sensors
                     .iter()
@@ -156,7 +162,7 @@ impl Watch {
                 self.clamped += u64::from(is_clamped);
                 self.count(reading.stamp_ns);
             }
-            News::Device(DeviceEvent::Tracker(reading)) => self.count(reading.stamp_ns),
+            DeviceEvent::Tracker(reading) => self.count(reading.stamp_ns),
         }
     }
 
