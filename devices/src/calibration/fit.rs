@@ -1,6 +1,6 @@
 //! From held poses to a wearer's calibration.
 //!
-//! Each sensor gets the line through the flat pose (0°) and the pose in which it is at the top of its usual range. The
+//! Each sensor gets the line through the flat pose (0°) and the pose in which it is as far as it goes. The
 //! thumb's rotation sensor also bends when the thumb is only spread: with the thumb across the palm and spread, both
 //! sensors known, its angle becomes a·rotation + b·abduction, with b as a [`Coupling`].
 
@@ -9,11 +9,10 @@ use std::collections::BTreeSet;
 use thiserror::Error;
 
 use crate::calibration::hold::{Held, PoseCapture};
-use crate::calibration::pose::{CalibrationPose, full_pose};
+use crate::calibration::pose::{CalibrationPose, full_deg, full_pose};
 use crate::calibration::quality::{SensorQuality, Verdict};
 use crate::calibration::scale::{Scales, with_room};
 use crate::glove::calibrate::{Coupling, GloveCalibration, SensorCalibration};
-use crate::glove::quick_range::usual_range_deg;
 use crate::glove::sensor::GloveSensor;
 
 /// A sensor that moves less than this share of what the others move per degree is dead.
@@ -49,6 +48,11 @@ pub enum FitFault {
     /// Only the flat pose.
     #[error("no pose but `flat` was held: hold `fist` at least")]
     FlatOnly,
+    /// The poses were not those that were asked for.
+    #[error(
+        "in the pose `{0}` the fingers were as in the pose `fist`, not as in `flat`: hold the poses in their order"
+    )]
+    MixedUp(&'static str),
     /// No sensor moved from pose to pose.
     #[error("no sensor moved from one pose to another: is the glove worn and plugged in?")]
     NothingMoved,
@@ -95,12 +99,19 @@ pub fn fit(
         Some(Ends {
             flat: flat.sensor(sensor)?,
             full: full.sensor(sensor)?,
-            full_deg: usual_range_deg(sensor).1,
+            full_deg: full_deg(sensor),
         })
     };
     let usual_gain = usual_gain(GloveSensor::ALL.into_iter().filter_map(ends));
     if usual_gain <= 0.0 {
         return Err(FitFault::NothingMoved);
+    }
+    for pose in [CalibrationPose::ThumbAcross, CalibrationPose::Spread] {
+        if let (Some(fist), Some(open)) = (held(CalibrationPose::Fist), held(pose))
+            && is_bent(flat, fist, open)
+        {
+            return Err(FitFault::MixedUp(pose.name()));
+        }
     }
     let mut calibration = base.clone();
     let mut qualities = Vec::new();
@@ -136,6 +147,32 @@ pub fn fit(
         calibration,
         qualities,
     })
+}
+
+/// Whether most of the fingers are nearer to the fist, or bent farther than it, in a pose that has them straight.
+fn is_bent(flat: &PoseCapture, fist: &PoseCapture, open: &PoseCapture) -> bool {
+    let is_finger = |sensor: &GloveSensor| {
+        full_pose(*sensor) == Some(CalibrationPose::Fist)
+            && !matches!(sensor, GloveSensor::ThumbMcp | GloveSensor::ThumbIp)
+    };
+    let nearer = GloveSensor::ALL
+        .into_iter()
+        .filter(is_finger)
+        .filter_map(|sensor| {
+            let (flat, fist, open) = (
+                flat.sensor(sensor)?,
+                fist.sensor(sensor)?,
+                open.sensor(sensor)?,
+            );
+            let noise = flat.noise.max(fist.noise).max(open.noise);
+            let apart = |a: Held, b: Held| (a.median - b.median).abs();
+            let (bend, open_bend) = (apart(fist, flat), apart(open, flat));
+            (bend.max(open_bend) > DEAD_NOISES * noise)
+                .then(|| open_bend > bend || apart(open, fist) < open_bend)
+        });
+    let nearer: Vec<bool> = nearer.collect();
+    let n_bent = nearer.iter().filter(|is_nearer| **is_nearer).count();
+    2 * n_bent > nearer.len()
 }
 
 const fn unasked(sensor: GloveSensor, travel: f64, noise: f64) -> SensorQuality {
@@ -245,8 +282,8 @@ fn couple_thumb(
     if sine.is_nan() || sine.abs() < COUPLING_SINE_MIN {
         return;
     }
-    let full_deg = usual_range_deg(rotation).1;
-    let (gain, coupled) = (full_deg * v2 / det, -full_deg * u2 / det);
+    let full = full_deg(rotation);
+    let (gain, coupled) = (full * v2 / det, -full * u2 / det);
     if let Some(line) = calibration.sensors.get_mut(&rotation)
         && gain * line.gain_deg_per_count > 0.0
     {

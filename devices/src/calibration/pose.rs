@@ -56,13 +56,13 @@ impl CalibrationPose {
             return Some(0.0);
         }
         match full_pose(sensor) {
-            Some(full) if full as u8 == self as u8 => Some(usual_range_deg(sensor).1),
+            Some(full) if full as u8 == self as u8 => Some(full_deg(sensor)),
             _ => None,
         }
     }
 }
 
-/// The pose in which a sensor is at the top of its usual range; `None` for the wrist's, of which no pose asks anything.
+/// The pose in which a sensor is as far as it goes; `None` for the wrist's, of which no pose asks anything.
 #[must_use]
 pub const fn full_pose(sensor: GloveSensor) -> Option<CalibrationPose> {
     match sensor {
@@ -86,6 +86,18 @@ pub const fn full_pose(sensor: GloveSensor) -> Option<CalibrationPose> {
         | GloveSensor::RingMiddleAbduction
         | GloveSensor::LittleRingAbduction => Some(CalibrationPose::Spread),
         GloveSensor::WristFlexion | GloveSensor::WristAbduction => None,
+    }
+}
+
+/// The angle of a sensor in its full pose, degrees: the top of its usual range, but neighbouring fingers spread so that
+/// each stays within what the hand model allows.
+#[must_use]
+pub const fn full_deg(sensor: GloveSensor) -> f64 {
+    match sensor {
+        GloveSensor::MiddleIndexAbduction => 25.0,
+        GloveSensor::RingMiddleAbduction => 15.0,
+        GloveSensor::LittleRingAbduction => 13.0,
+        _ => usual_range_deg(sensor).1,
     }
 }
 

@@ -2,11 +2,10 @@
 
 use tsukamu_devices::calibration::fit::{Fit, FitFault, fit};
 use tsukamu_devices::calibration::hold::{HoldProgress, PoseCapture, PoseHold};
-use tsukamu_devices::calibration::pose::{CalibrationPose, full_pose};
+use tsukamu_devices::calibration::pose::{CalibrationPose, full_deg, full_pose};
 use tsukamu_devices::calibration::quality::Verdict;
 use tsukamu_devices::calibration::scale::Scales;
 use tsukamu_devices::glove::calibrate::{GloveCalibration, SensorCalibration};
-use tsukamu_devices::glove::quick_range::usual_range_deg;
 use tsukamu_devices::glove::sensor::GloveSensor;
 use tsukamu_devices::reading::GloveReading;
 
@@ -135,7 +134,7 @@ fn check_angles(wearer: &mut Wearer, fit: &Fit, tolerance_deg: f64) {
     wearer.believed = fit.calibration.clone();
     for share in [0.0, 0.3, 0.7, 1.0] {
         let wanted = |sensor: GloveSensor| match full_pose(sensor) {
-            Some(_) => share * usual_range_deg(sensor).1,
+            Some(_) => share * full_deg(sensor),
             None => 0.0,
         };
         let reading = wearer.reading(wanted);
@@ -301,6 +300,27 @@ fn poses_that_say_nothing_are_refused() {
             .sensors
             .contains_key(&GloveSensor::PalmArch)
     );
+}
+
+#[test]
+fn poses_in_another_order_are_seen() {
+    // A wearer who goes round on his own, and begins with another pose than the routine.
+    for shift in 1..4 {
+        let mut wearer = Wearer::new(45.0, 1.8);
+        let (mut scales, mut captures) = (Scales::default(), Vec::<PoseCapture>::new());
+        let mut from = CalibrationPose::ALL[shift - 1];
+        for (index, asked) in CalibrationPose::ALL.into_iter().enumerate() {
+            let to = CalibrationPose::ALL[(index + shift) % 4];
+            let (capture, _) = wearer.pose(&mut scales, from, to, captures.last().cloned());
+            captures.push(PoseCapture {
+                pose: asked,
+                ..capture
+            });
+            from = to;
+        }
+        let refused = fit(&captures, &scales, &wearer.believed).unwrap_err();
+        assert!(matches!(refused, FitFault::MixedUp(_)), "{refused}");
+    }
 }
 
 #[test]

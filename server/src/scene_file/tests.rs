@@ -116,7 +116,7 @@ fn mistakes_of_single_keys() {
         ),
         (
             "hands = ['synthetic:']",
-            "s.toml:1:10: hands[0]: no synthetic hand is called \"\": there are free, no-thumb, flick, grasp-throw, stack, target-game, demo",
+            "s.toml:1:10: hands[0]: no synthetic hand is called \"\": there are free, no-thumb, flick, grasp-throw, stack, target-game, demo, poses",
         ),
         (
             "hands = ['no-such.csv']",

@@ -6,6 +6,7 @@
 mod channel;
 mod hand;
 mod operations;
+mod poses;
 mod posture;
 mod script;
 mod spec;
@@ -44,6 +45,8 @@ pub enum Name {
     TargetGame,
     /// All together.
     Demo,
+    /// The poses of a glove's calibration.
+    Poses,
 }
 
 impl Name {
@@ -57,6 +60,7 @@ impl Name {
             Self::Stack => "stack",
             Self::TargetGame => "target-game",
             Self::Demo => "demo",
+            Self::Poses => "poses",
         }
     }
 }
@@ -72,7 +76,7 @@ pub struct Known {
 
 /// All synthetic hands, in the order in which they are listed.
 pub const fn names() -> &'static [Known] {
-    const KNOWN: [Known; 7] = [
+    const KNOWN: [Known; 8] = [
         Known {
             name: Name::Free,
             about: "grasps an object, carries it round, sets it down and pushes it with a fingertip",
@@ -100,6 +104,10 @@ pub const fn names() -> &'static [Known] {
         Known {
             name: Name::Demo,
             about: "moves, stacks and throws objects, again and again",
+        },
+        Known {
+            name: Name::Poses,
+            about: "holds the poses of a glove's calibration: flat, fist, thumb across, spread",
         },
     ];
     &KNOWN
@@ -218,5 +226,6 @@ pub fn plan(spec: &Spec, scene: &SceneInfo) -> Result<SyntheticHand, PlanFault> 
         Name::Stack => operations::stack(script, spec),
         Name::TargetGame => operations::target_game(script, spec, scene),
         Name::Demo => operations::demo(script, spec),
+        Name::Poses => Ok(poses::poses(script, spec)),
     }
 }

@@ -200,7 +200,7 @@ mod tests {
         let check = |text: &str, expected: &str| {
             assert_eq!(Spec::parse(text).unwrap_err().to_string(), expected);
         };
-        let known = "free, no-thumb, flick, grasp-throw, stack, target-game, demo";
+        let known = "free, no-thumb, flick, grasp-throw, stack, target-game, demo, poses";
         check(
             "synthetic:juggle",
             &format!("no synthetic hand is called \"juggle\": there are {known}"),
