@@ -6,15 +6,18 @@
 )]
 
 mod calibration;
-mod delimited;
 mod cybertouch;
+mod delimited;
 mod emulators;
 mod fivedt;
 mod fivedt_session;
+mod flock;
 mod garbage;
 mod glove_examples;
 mod glove_session;
 mod guided;
+mod isotrak;
+mod liberty;
 mod lucidglove;
 mod lucidglove_feedback;
 mod lucidglove_garbage;
@@ -28,9 +31,11 @@ mod source_garbage;
 mod support;
 mod timing;
 mod tracker_examples;
+mod tracker_promises;
 mod tracker_session;
 mod udcap;
 mod vmc;
 mod vrpn_examples;
 mod vrpn_garbage;
+mod vrpn_link;
 mod vrpn_session;

@@ -4,7 +4,7 @@ use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use socket2::SockRef;
 use tokio::io::Interest;
@@ -16,9 +16,9 @@ use tsukamu_devices::vrpn::cookie::COOKIE;
 use tsukamu_devices::vrpn::inbound::Inbound;
 use tsukamu_devices::vrpn::message::{Time, datagrams};
 
-use super::{Pictures, stopped};
 use super::peer::{Peer, PeerFault, Said};
 use super::telling::Telling;
+use super::{Pictures, stopped};
 use crate::front::notice_silence;
 use crate::metrics::Metrics;
 
@@ -215,11 +215,10 @@ impl Client {
     }
 
     fn answer(&mut self, said: Said) {
-        let time = self
-            .pictures
-            .borrow()
-            .as_ref()
-            .map_or_else(Time::default, |picture| picture.time);
+        let time = match self.pictures.borrow().as_ref() {
+            Some(picture) => picture.time,
+            None => now(),
+        };
         match said {
             Said::Greeted(version) => {
                 let greeting = self.telling.greeting(time);
@@ -241,6 +240,12 @@ impl Client {
             }
         }
     }
+}
+
+/// The time, before there is a picture to take it from.
+fn now() -> Time {
+    let since_unix = SystemTime::now().duration_since(UNIX_EPOCH);
+    Time::from_unix_ns(since_unix.map_or(0, |time| time.as_nanos() as u64))
 }
 
 /// Counts a client as long as it is there.

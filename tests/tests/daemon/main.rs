@@ -12,3 +12,6 @@ mod recordings;
 mod rude_clients;
 mod rude_scenes;
 mod support;
+mod vrpn;
+mod vrpn_probe;
+mod vrpn_rude;
