@@ -49,10 +49,10 @@ fn the_real_set_up_is_a_calibrated_glove_and_a_tracker_on_one_hand() {
         glove.calibration.sensor(GloveSensor::IndexMcp).raw_at_zero,
         47.0
     );
-    assert!(
-        glove.port.starts_with("/dev/serial/by-id/")
-            && tracker.port.starts_with("/dev/serial/by-id/")
-    );
+    for device in [glove, tracker] {
+        let path = device.port.serial_path();
+        assert!(path.is_some_and(|path| path.starts_with("/dev/serial/by-id/")));
+    }
     assert_eq!((settings.hands.len(), settings.recording.raw), (1, true));
 }
 
@@ -61,7 +61,7 @@ fn the_emulated_set_up_finds_what_emulate_links() {
     let ports = settings("emulated.toml")
         .devices
         .into_iter()
-        .map(|device| device.port);
+        .map(|device| device.port.to_string());
     assert_eq!(
         ports.collect::<Vec<_>>(),
         ["/tmp/tsukamu-glove", "/tmp/tsukamu-tracker"]

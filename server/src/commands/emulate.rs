@@ -51,8 +51,7 @@ pub(super) struct EmulateArgs {
     /// The tracker of `hand` [default: fastrak].
     #[arg(long, value_name = "KIND", value_parser = kinds_of(Role::is_tracker))]
     tracker: Option<String>,
-    /// The model, where there are several: 18 or 22 (sensors of a CyberGlove), 5, 5w, 14 or 16 (5DT), sketch or homunculus
-    /// (delimited).
+    /// The model, where the device has several; a wrong one is refused with those there are.
     #[arg(long, alias = "sensors", value_name = "MODEL")]
     model: Vec<String>,
     /// The wearer's calibration file, as the daemon uses it.
@@ -61,6 +60,9 @@ pub(super) struct EmulateArgs {
     /// Line rate in bit/s, 0 for no pacing [default: that of the device].
     #[arg(long, value_name = "BIT/S")]
     baud: Option<u32>,
+    /// Where a device of the network sends to [default: this machine, the usual port of its kind].
+    #[arg(long, value_name = "HOST:PORT")]
+    to: Option<String>,
     /// Play the motion once and hold its end; otherwise it begins again.
     #[arg(long)]
     once: bool,
@@ -107,6 +109,7 @@ pub(super) fn emulate(args: &EmulateArgs) -> Result<(), Failure> {
             calibration: calibration.clone(),
             place,
             model: device.model,
+            to: args.to.clone(),
             plug: Plug {
                 link: link(args, device, &wanted),
                 baud: Some(
@@ -123,15 +126,20 @@ pub(super) fn emulate(args: &EmulateArgs) -> Result<(), Failure> {
         .iter()
         .zip(&plugged)
         .map(|(device, plugged)| {
-            let port = link(args, device, &wanted).unwrap_or_else(|| plugged.path().to_owned());
+            let own = plugged.path();
+            // What is on the network has no link.
+            let link = link(args, device, &wanted).filter(|_| own.is_absolute());
+            let port = link.unwrap_or_else(|| own.to_owned());
             device_table(device, &port, args)
         })
         .collect();
-    if wanted.len() == 1 {
-        say(&plugged[0].path().display().to_string())?;
-        tell(&tables.concat());
-    } else {
-        say(&sample_settings(&tables, side, &scene))?;
+    match wanted.as_slice() {
+        [one] if one.kind.role != Role::Both => {
+            say(&plugged[0].path().display().to_string())?;
+            tell(&tables.concat());
+        }
+        [_] => say(&sample_settings(&tables, "glove", side, &scene))?,
+        _ => say(&sample_settings(&tables, "tracker", side, &scene))?,
     }
     tell("emulating until Ctrl-C");
     until_interrupted(&mut plugged, args.unplug_every.map(Duration::from_secs_f64))
@@ -248,6 +256,9 @@ fn link(args: &EmulateArgs, device: &Wanted, wanted: &[Wanted]) -> Option<PathBu
 }
 
 fn cannot_plug(args: &EmulateArgs) -> String {
+    if let Some(to) = &args.to {
+        return format!("sending to {to}");
+    }
     let link = args.link.as_ref();
     link.map_or_else(
         || "opening a pseudo-terminal".to_owned(),
@@ -263,7 +274,8 @@ fn cannot_plug(args: &EmulateArgs) -> String {
 /// The part of a settings file that plugs one device in.
 fn device_table(device: &Wanted, port: &Path, args: &EmulateArgs) -> String {
     let kind = device.kind;
-    let is_glove = kind.role.is_glove();
+    // One that can be both is the part that it is asked to be.
+    let is_glove = kind.role.is_glove() && device.part != "tracker";
     let name = if is_glove { "glove" } else { "tracker" };
     let calibration = args.calibration.as_ref().filter(|_| is_glove);
     let calibration = calibration.map_or_else(String::new, |file| {
@@ -277,8 +289,8 @@ fn device_table(device: &Wanted, port: &Path, args: &EmulateArgs) -> String {
     )
 }
 
-/// A settings file that plugs both devices in.
-fn sample_settings(tables: &[String], side: Side, scene: &str) -> String {
+/// A settings file that plugs all devices in; the glove is called so.
+fn sample_settings(tables: &[String], tracker: &str, side: Side, scene: &str) -> String {
     let is_builtin = builtin::text(scene).is_some();
     let scene = if is_builtin {
         scene.to_owned()
@@ -289,7 +301,7 @@ fn sample_settings(tables: &[String], side: Side, scene: &str) -> String {
         "# Settings for `tsukamud --config FILE` while this runs.\n\
          # `tsukamu reset` puts the objects back for another round.\n\
          scene = {scene:?}\n\n{}\n\
-         [[hand]]\nname = \"glove:{side}\"\nside = \"{side}\"\nglove = \"glove\"\ntracker = \"tracker\"",
+         [[hand]]\nname = \"glove:{side}\"\nside = \"{side}\"\nglove = \"glove\"\ntracker = \"{tracker}\"",
         tables.join("\n"),
         side = side.name(),
     )

@@ -5,14 +5,21 @@ use std::io;
 use tsukamu_devices::driver::Role;
 use tsukamu_devices::glove::cyberglove::settings::SensorCount;
 use tsukamu_devices::glove::delimited::settings::DelimitedSettings;
-use tsukamu_devices::glove::fivedt::settings::Model;
+use tsukamu_devices::glove::fivedt::settings::Model as FiveDtModel;
 use tsukamu_devices::glove::opencyberglove::format::BAUD;
+use tsukamu_devices::tracker::flock::protocol::BAUDS as FLOCK_BAUDS;
+use tsukamu_devices::tracker::isotrak::protocol::{BAUDS as ISOTRAK_BAUDS, Model as IsotrakModel};
+use tsukamu_devices::tracker::liberty::protocol::Model as LibertyModel;
 
 use super::cyberglove::spawn_cyberglove;
 use super::delimited::{five_numbers, spawn_delimited};
 use super::fastrak::spawn_fastrak;
 use super::fivedt::spawn_fivedt;
+use super::flock::spawn_flock;
+use super::isotrak::spawn_isotrak;
+use super::liberty::spawn_liberty;
 use super::lucidglove::spawn_lucidglove;
+use super::network::{spawn_rokoko, spawn_udcap, spawn_vmc};
 use super::opencyberglove::spawn_opencyberglove;
 use super::{Plugged, Worn};
 
@@ -125,6 +132,82 @@ pub const KINDS: &[Kind] = &[
             Ok(Box::new(tracker))
         },
     },
+    Kind {
+        name: "vmc",
+        about: "A program that sends the wearer's bones by the VMC protocol",
+        role: Role::Both,
+        models: &[""],
+        baud: usual,
+        settings: nothing,
+        spawn: |worn| Ok(Box::new(spawn_vmc(worn)?)),
+    },
+    Kind {
+        name: "rokoko",
+        about: "Rokoko Studio, its JSON plain or compressed (lz4)",
+        role: Role::Both,
+        models: &["json", "lz4"],
+        baud: usual,
+        settings: nothing,
+        spawn: |worn| Ok(Box::new(spawn_rokoko(worn)?)),
+    },
+    Kind {
+        name: "udcap",
+        about: "The bridge of UDCAP gloves",
+        role: Role::Glove,
+        models: &[""],
+        baud: usual,
+        settings: nothing,
+        spawn: |worn| Ok(Box::new(spawn_udcap(worn)?)),
+    },
+    Kind {
+        name: "isotrak",
+        about: "An Isotrak II (isotrak2) or 3SPACE Tracker (3space) with a receiver on the wrist",
+        role: Role::Tracker,
+        models: &["isotrak2", "3space"],
+        baud: |_model| ISOTRAK_BAUDS[0],
+        settings: |model| format!("model = {model:?}\n"),
+        spawn: |worn| {
+            let model = match worn.model {
+                "3space" => IsotrakModel::ThreeSpace,
+                _ => IsotrakModel::IsotrakTwo,
+            };
+            let tracker = spawn_isotrak(worn.played, model, worn.place, worn.plug)?;
+            Ok(Box::new(tracker))
+        },
+    },
+    Kind {
+        name: "liberty",
+        about: "A Liberty, Patriot or Latus with a sensor on the wrist",
+        role: Role::Tracker,
+        models: &["liberty", "patriot", "latus"],
+        baud: usual,
+        settings: nothing,
+        spawn: |worn| {
+            let model = match worn.model {
+                "patriot" => LibertyModel::Patriot,
+                "latus" => LibertyModel::Latus,
+                _ => LibertyModel::Liberty,
+            };
+            let tracker = spawn_liberty(worn.played, model, worn.place, worn.plug)?;
+            Ok(Box::new(tracker))
+        },
+    },
+    Kind {
+        name: "flock",
+        about: "A Flock of Birds: one bird (bird) or two on a bus (flock), the first on the wrist",
+        role: Role::Tracker,
+        models: &["bird", "flock"],
+        baud: |_model| FLOCK_BAUDS[0],
+        settings: |model| match model {
+            "flock" => "birds = [1, 2]\n".to_owned(),
+            _ => String::new(),
+        },
+        spawn: |worn| {
+            let group = (worn.model == "flock").then_some(2);
+            let tracker = spawn_flock(worn.played, group, worn.place, worn.plug)?;
+            Ok(Box::new(tracker))
+        },
+    },
 ];
 
 /// The kind of that name.
@@ -140,12 +223,12 @@ const fn usual(_model: &str) -> u32 {
     115_200
 }
 
-fn fivedt(model: &str) -> Model {
+fn fivedt(model: &str) -> FiveDtModel {
     match model {
-        "5w" => Model::FiveWireless,
-        "14" => Model::Fourteen,
-        "16" => Model::Sixteen,
-        _ => Model::Five,
+        "5w" => FiveDtModel::FiveWireless,
+        "14" => FiveDtModel::Fourteen,
+        "16" => FiveDtModel::Sixteen,
+        _ => FiveDtModel::Five,
     }
 }
 
@@ -162,13 +245,21 @@ mod tests {
     use crate::settings::overrides::Overrides;
     use crate::settings::parse;
 
+    /// Kinds that come as datagrams.
+    const ON_NETWORK: [&str; 3] = ["vmc", "rokoko", "udcap"];
+
     #[test]
     fn the_settings_of_every_kind_are_without_mistakes() {
         for kind in KINDS {
             assert!(!kind.models.is_empty(), "{}", kind.name);
             for model in kind.models {
+                let port = if ON_NETWORK.contains(&kind.name) {
+                    "udp:1"
+                } else {
+                    "/dev/x"
+                };
                 let text = format!(
-                    "[[device]]\nname = 'x'\nkind = {:?}\nport = '/dev/x'\n{}",
+                    "[[device]]\nname = 'x'\nkind = {:?}\nport = '{port}'\n{}",
                     kind.name,
                     (kind.settings)(model)
                 );

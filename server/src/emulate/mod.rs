@@ -19,6 +19,8 @@ pub mod flock;
 pub mod isotrak;
 /// A Liberty, Patriot or Latus.
 pub mod liberty;
+/// Senders of hands over the network.
+pub mod network;
 /// A LucidGlove.
 pub mod lucidglove;
 /// An OpenCyberGlove.
@@ -96,6 +98,8 @@ pub struct Worn {
     pub model: &'static str,
     /// Where it is plugged in.
     pub plug: Plug,
+    /// `HOST:PORT` that it sends to, if it is of the network; `None` is this machine and its usual port.
+    pub to: Option<String>,
 }
 
 /// An emulated device on its terminal, whichever kind it is; it ends when this is dropped.
