@@ -234,6 +234,7 @@ fn spawn(
         times: SourceClock::new(),
         presence: Presence::default(),
         identity: String::new(),
+        noted_glove_ns: None,
         context: context.clone(),
     };
     let deliver = move |event: PortEvent<'_>| match event {
@@ -267,6 +268,8 @@ struct DeviceOfPort {
     presence: Presence,
     /// What it last said of itself.
     identity: String,
+    /// Stamp of its last sample of fingers, ns.
+    noted_glove_ns: Option<u64>,
     context: PortContext,
 }
 
@@ -276,6 +279,7 @@ impl DeviceOfPort {
         match event {
             DeviceEvent::Glove(reading) => {
                 self.row.note_glove(&reading);
+                self.noted_glove_ns = Some(reading.stamp_ns);
                 let stream = Stream::Glove(reading.hand);
                 let stamped = self
                     .times
@@ -285,7 +289,10 @@ impl DeviceOfPort {
                 }
             }
             DeviceEvent::Tracker(reading) => {
-                self.row.note(reading.stamp_ns);
+                // A source that is both gives fingers and wrist of one record.
+                if self.noted_glove_ns != Some(reading.stamp_ns) {
+                    self.row.note(reading.stamp_ns);
+                }
                 let stream = Stream::Station(reading.station);
                 let stamped = self
                     .times
