@@ -29,7 +29,8 @@ const STILL_ERRORS: f64 = 5.0;
 const RESTLESS_SHARE: f64 = 0.15;
 /// How far a sensor has to be from the pose before for the hand to have moved, as a share of the reach.
 const MOVED_SHARE: f64 = 0.15;
-/// A hand that is still for so long is taken as it is although nothing moved: the glove may lack the sensors, ns.
+/// A hand that is still for so long is taken to be spread although nothing moved: a glove of one flexure per finger
+/// cannot see it, ns. Every glove sees a fist, and that it opens again.
 const UNMOVED_PATIENCE_NS: u64 = 5_000_000_000;
 
 /// One sensor while a pose was held, raw units.
@@ -169,7 +170,8 @@ impl PoseHold {
         let still_since = *self.still_since_ns.get_or_insert(start_ns);
         let held_ns = now_ns.saturating_sub(still_since);
         let unmoved = self.is_unmoved(&glance, scales);
-        if unmoved && held_ns < UNMOVED_PATIENCE_NS {
+        let is_unseen = self.pose == CalibrationPose::Spread && held_ns >= UNMOVED_PATIENCE_NS;
+        if unmoved && !is_unseen {
             return HoldProgress::Unmoved;
         }
         let whole = self.since(now_ns.saturating_sub(HOLD_NS).max(still_since));

@@ -324,17 +324,23 @@ fn poses_in_another_order_are_seen() {
 }
 
 #[test]
-fn a_hand_that_does_not_move_on_is_waited_for_and_then_believed() {
+fn a_glove_that_cannot_see_the_fingers_spread_is_believed_after_a_while() {
     let mut wearer = Wearer::new(45.0, 1.8);
     let mut scales = Scales::default();
     let flat = CalibrationPose::Flat;
     let (before, _) = wearer.pose(&mut scales, CalibrationPose::Fist, flat, None);
-    let mut hold = PoseHold::new(CalibrationPose::Fist, Some(before));
+    let mut fist = PoseHold::new(CalibrationPose::Fist, Some(before.clone()));
+    let mut spread = PoseHold::new(CalibrationPose::Spread, Some(before));
     let mut unmoved_s = 0.0;
     for _ in 0..1000 {
         let reading = wearer.reading(|sensor| angle(flat, sensor));
         scales.add(&reading);
-        match hold.push(&reading, &scales) {
+        let of_fist = fist.push(&reading, &scales);
+        assert!(
+            !matches!(of_fist, HoldProgress::Done(_)),
+            "no glove misses a fist"
+        );
+        match spread.push(&reading, &scales) {
             HoldProgress::Unmoved => unmoved_s += 0.01,
             HoldProgress::Done(capture) => {
                 assert!(capture.unmoved && unmoved_s > 4.0, "{unmoved_s}");

@@ -8,7 +8,7 @@ use super::script::Script;
 use super::spec::Spec;
 
 /// Seconds that the hand lies flat at first, and holds every other pose: a calibration needs 1.5 s of each.
-const HOLD_S: (f64, f64) = (5.0, 3.2);
+const HOLD_S: (f64, f64) = (4.0, 3.2);
 /// Seconds from one pose to the next.
 const MOVE_S: f64 = 0.6;
 
