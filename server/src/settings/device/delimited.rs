@@ -147,3 +147,101 @@ fn check_separators(keys: &Keys<'_>, sheet: &mut Sheet<'_>, separators: &str) {
         keys.fault(sheet, "separators", text);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use tsukamu_devices::driver::Driver;
+    use tsukamu_devices::glove::delimited::settings::{DelimitedSettings, Scale, TimeUnit};
+    use tsukamu_devices::glove::sensor::GloveSensor;
+
+    use crate::settings::overrides::Overrides;
+    use crate::settings::parse;
+
+    fn read(keys: &str) -> Result<DelimitedSettings, String> {
+        let text = format!("[[device]]\nname='g'\nkind='delimited'\nport='/dev/a'\n{keys}");
+        match parse("t.toml", &text, Path::new(""), &Overrides::default()) {
+            Ok(settings) => match &settings.devices[0].driver {
+                Driver::Delimited(settings) => Ok(settings.clone()),
+                other => Err(other.name().to_owned()),
+            },
+            Err(mistakes) => Err(mistakes.to_string()),
+        }
+    }
+
+    #[test]
+    fn a_glove_is_described_by_keys_alone() {
+        let settings = read(
+            "columns = ['time', 'thumb', 'index+index_dip', 'skip']\nraw_range = [900, 100]\nseparators = ';'\n\
+             prefix = 'H'\nstart = \"go\\n\"\ntime_unit = 'us'\nautocalibrate = true",
+        )
+        .unwrap();
+        assert_eq!(settings.columns[2].sensors().len(), 3);
+        assert_eq!(settings.scale, Scale::Range(900.0, 100.0));
+        assert_eq!(settings.time_unit, TimeUnit::Microseconds);
+        let texts = (settings.separators, settings.prefix, settings.start);
+        assert_eq!(texts, (";".to_owned(), "H".to_owned(), "go\n".to_owned()));
+        assert!(settings.autocalibrate);
+        let least = read("columns = ['index_mcp']").unwrap();
+        assert_eq!(least.columns[0].sensors(), [GloveSensor::IndexMcp]);
+        assert_eq!(least.scale, Scale::Range(0.0, 1023.0));
+        assert_eq!(
+            read("columns = ['index_mcp']\nunit = 'deg'").unwrap().scale,
+            Scale::Degrees
+        );
+        assert_eq!(
+            read("layout = 'homunculus'"),
+            Ok(DelimitedSettings::homunculus())
+        );
+    }
+
+    #[test]
+    fn each_mistake_is_named() {
+        for (keys, expected) in [
+            ("", "device[0].columns: is missing"),
+            (
+                "columns = ['pinky']",
+                "device[0].columns[0]: \"pinky\" is neither",
+            ),
+            ("columns = ['skip', 'time']", "columns: name no sensor"),
+            (
+                "columns = ['time', 'time', 'ring']",
+                "columns[1]: is a second column",
+            ),
+            (
+                "columns = ['index', 'index_mcp']",
+                "columns[1]: is \"index_mcp\", a sensor of which another column is too",
+            ),
+            (
+                "columns = ['index+index']",
+                "columns[0]: is \"index+index\", a sensor",
+            ),
+            (
+                "columns = ['ring']\nraw_range = [5, 5]",
+                "raw_range: is empty",
+            ),
+            (
+                "columns = ['ring']\nraw_range = [0, 9]\nunit = 'deg'",
+                "raw_range: is of raw values",
+            ),
+            ("columns = ['ring']\nseparators = ''", "separators: name no"),
+            (
+                "columns = ['ring']\nseparators = ',.'",
+                "separators: hold '.'",
+            ),
+            (
+                "columns = ['ring']\ntime_unit = 's'",
+                "time_unit: does nothing",
+            ),
+            (
+                "columns = ['ring']\nseperators = ','",
+                "did you mean separators?",
+            ),
+        ] {
+            let found = read(keys).unwrap_err();
+            assert!(found.contains(expected), "{keys}\n{found}");
+            assert_eq!(found.lines().count(), 1, "{keys}\n{found}");
+        }
+    }
+}

@@ -35,3 +35,67 @@ pub(super) fn read(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>) -> Option<Driver>
         autocalibrate: keys.flag(sheet, "autocalibrate").unwrap_or(false),
     }))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use tsukamu_devices::driver::Driver;
+    use tsukamu_devices::glove::fivedt::settings::{FiveDtSettings, FlexureOrder, Model};
+
+    use crate::settings::overrides::Overrides;
+    use crate::settings::parse;
+
+    fn read(keys: &str) -> Result<(FiveDtSettings, Vec<u32>), String> {
+        let text = format!("[[device]]\nname='g'\nkind='5dt'\nport='/dev/a'\n{keys}");
+        match parse("t.toml", &text, Path::new(""), &Overrides::default()) {
+            Ok(settings) => match &settings.devices[0].driver {
+                Driver::FiveDt(glove) => Ok((glove.clone(), settings.devices[0].bauds.clone())),
+                other => Err(other.name().to_owned()),
+            },
+            Err(mistakes) => Err(mistakes.to_string()),
+        }
+    }
+
+    #[test]
+    fn the_model_chooses_the_line_rate() {
+        for (name, model, baud) in [
+            ("5", Model::Five, 19_200),
+            ("5w", Model::FiveWireless, 9_600),
+            ("14", Model::Fourteen, 19_200),
+            ("16", Model::Sixteen, 19_200),
+        ] {
+            let (settings, bauds) = read(&format!("model = '{name}'")).unwrap();
+            assert_eq!((settings.model, bauds), (model, vec![baud]));
+            assert_eq!(
+                (settings.order, settings.autocalibrate),
+                (FlexureOrder::ByHand, false)
+            );
+        }
+        let (settings, _) =
+            read("model = '5'\norder = 'thumb_first'\nautocalibrate = true").unwrap();
+        assert_eq!(
+            (settings.order, settings.autocalibrate),
+            (FlexureOrder::ThumbFirst, true)
+        );
+    }
+
+    #[test]
+    fn each_mistake_is_named() {
+        for (keys, expected) in [
+            ("", "model: is missing"),
+            ("model = '15'", "model: is \"15\"; it must be one of"),
+            (
+                "model = 5",
+                "model: is a integer; it must be text in quotes",
+            ),
+            (
+                "model = '14'\norder = 'by_hand'",
+                "order: is of a glove of 5",
+            ),
+        ] {
+            let found = read(keys).unwrap_err();
+            assert!(found.contains(expected), "{keys}\n{found}");
+        }
+    }
+}
