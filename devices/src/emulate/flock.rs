@@ -9,7 +9,7 @@ use crate::emulate::deaf::Deafness;
 use crate::emulate::flock_record::{FlockForm, answer_to_examine, bird_record};
 use crate::emulate::line_fault::LineFaults;
 use crate::tracker::flock::protocol::{
-    AUTO_CONFIGURE, BUTTON_MODE, CHANGE, EVERY_MEASUREMENT, EXAMINE, GROUP_MODE, HEMISPHERE,
+    AUTO_CONFIGURE, BUTTON_MODE, CHANGE, ERROR, EVERY_MEASUREMENT, EXAMINE, GROUP_MODE, HEMISPHERE,
     N_ADDRESSES, POINT, RUN, SLEEP, STREAM, TO_BIRD, UNIT_FLIES, UNIT_HAS_SENSOR, UNIT_RUNS,
 };
 use crate::tracker::flock::settings::Scale;
@@ -219,7 +219,7 @@ impl FlockEmulator {
             Some(answer) => self.say(answer),
             None => self.error = INVALID_COMMAND,
         }
-        if parameter == crate::tracker::flock::protocol::ERROR {
+        if parameter == ERROR {
             self.error = 0;
         }
     }

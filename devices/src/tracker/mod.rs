@@ -1,5 +1,6 @@
 //! Position trackers.
 
+pub mod dialect;
 pub mod fastrak;
 pub mod flock;
 pub mod isotrak;

@@ -10,7 +10,7 @@ use tsukamu_devices::emulate::fastrak::FastrakEmulator;
 use tsukamu_devices::glove::calibrate::{GloveCalibration, Handedness};
 use tsukamu_devices::glove::cyberglove::session::CyberGloveSession;
 use tsukamu_devices::glove::cyberglove::settings::{CyberGloveSettings, SensorCount};
-use tsukamu_devices::session::Session;
+use tsukamu_devices::session::{PortRequest, Session};
 use tsukamu_devices::tracker::fastrak::decode::Encoding;
 use tsukamu_devices::tracker::fastrak::session::FastrakSession;
 use tsukamu_devices::tracker::fastrak::settings::FastrakSettings;
@@ -48,8 +48,10 @@ pub(crate) fn survive(session: &mut dyn Session, parts: &[(u32, Vec<u8>)]) -> us
         session.handle_timeout(now_ns);
         session.push(now_ns, junk);
         while session.poll_transmit().is_some() {}
-        while session.poll_port_request().is_some() {
-            session.port_opened(now_ns);
+        while let Some(request) = session.poll_port_request() {
+            if request == PortRequest::Reopen {
+                session.port_opened(now_ns);
+            }
         }
         assert!(
             session

@@ -30,6 +30,7 @@ mod rokoko;
 mod source_garbage;
 mod support;
 mod timing;
+mod timing_backlog;
 mod tracker_examples;
 mod tracker_promises;
 mod tracker_session;

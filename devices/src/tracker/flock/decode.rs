@@ -3,10 +3,10 @@
 
 use thiserror::Error;
 
+use crate::tracker::dialect::TrackerRecord;
 use crate::tracker::flock::protocol::{BUTTON_BITS, FULL_RANGE};
 use crate::tracker::numbers::{from_euler, from_wxyz, position};
 use crate::tracker::packed::{is_one_phase, number_from_pair};
-use crate::tracker::session::TrackerRecord;
 
 /// How far the length of a sent quaternion may be from 1.
 const QUATERNION_SLACK: f64 = 0.05;

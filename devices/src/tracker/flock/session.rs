@@ -5,6 +5,7 @@
 
 use crate::fault::Fault;
 use crate::session::{DeviceInfo, PortRequest};
+use crate::tracker::dialect::{Answer, Answered, Dialect, Step, Verdict};
 use crate::tracker::flock::decode::decode_record;
 use crate::tracker::flock::protocol::{
     AUTO_CONFIGURE, BUS, CHANGE, CRYSTAL, ERROR, EVERY_MEASUREMENT, EXAMINE, FIRMWARE, GROUP_MODE,
@@ -13,7 +14,7 @@ use crate::tracker::flock::protocol::{
 use crate::tracker::flock::settings::{FlockSettings, commands};
 use crate::tracker::flock::status::{UnitStatus, flying};
 use crate::tracker::packed::PHASE;
-use crate::tracker::session::{Answer, Answered, Dialect, Step, TrackerSession, Verdict};
+use crate::tracker::session::TrackerSession;
 
 /// Device family, as it is named in events.
 pub const FAMILY: &str = "Flock of Birds";

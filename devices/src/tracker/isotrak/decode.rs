@@ -2,13 +2,13 @@
 
 use thiserror::Error;
 
+use crate::tracker::dialect::TrackerRecord;
 use crate::tracker::fastrak::protocol::{DATA, GOOD, data_usable};
 use crate::tracker::isotrak::protocol::{
     BUTTON_DOWN, BUTTON_UP, Model, N_STATIONS, QUATERNION_SCALE, RECORD_LENGTH,
 };
 use crate::tracker::numbers::{from_wxyz, position};
 use crate::tracker::packed::unpack_sevens;
-use crate::tracker::session::TrackerRecord;
 
 /// Why bytes are not a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]

@@ -1,12 +1,13 @@
 //! The start-up, the recovery and the framing of Isotrak II and 3SPACE Tracker.
 
 use crate::session::DeviceInfo;
+use crate::tracker::dialect::{Answer, Answered, Dialect, Step, Verdict};
 use crate::tracker::fastrak::protocol::{CONTINUOUS, CONTROL, DATA, DRAIN_NS, QUIET, STATUS};
 use crate::tracker::isotrak::decode::decode_record;
 use crate::tracker::isotrak::protocol::{STATUS_LENGTHS, WIRE_LENGTH};
 use crate::tracker::isotrak::settings::{IsotrakSettings, commands};
 use crate::tracker::packed::PHASE;
-use crate::tracker::session::{Answer, Answered, Dialect, Step, TrackerSession, Verdict};
+use crate::tracker::session::TrackerSession;
 
 /// Wait for the status, ns; it takes 22 ms at 9600 bit/s.
 const STATUS_NS: u64 = 500_000_000;

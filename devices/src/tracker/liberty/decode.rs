@@ -2,12 +2,12 @@
 
 use thiserror::Error;
 
+use crate::tracker::dialect::TrackerRecord;
 use crate::tracker::liberty::protocol::{
     CONTINUOUS, GOOD, HEADER_LENGTH, Model, N_STATIONS, POLL, TRAILER,
 };
 use crate::tracker::liberty::settings::Counter;
 use crate::tracker::numbers::{from_wxyz, position};
-use crate::tracker::session::TrackerRecord;
 
 /// How far the length of a sent quaternion may be from 1.
 const QUATERNION_SLACK: f64 = 0.02;

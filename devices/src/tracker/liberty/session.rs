@@ -1,13 +1,14 @@
 //! The start-up, the recovery and the framing of Liberty, Patriot and Latus.
 
 use crate::session::DeviceInfo;
+use crate::tracker::dialect::{Answer, Answered, Dialect, Step, Verdict};
 use crate::tracker::liberty::decode::{decode_frame, is_header};
 use crate::tracker::liberty::protocol::{
     ASCII, HEADER_LENGTH, Model, NO_ECHO, POLL, RESET, WHO_AM_I,
 };
 use crate::tracker::liberty::settings::{Counter, LibertySettings, commands};
 use crate::tracker::liberty::who::{Who, read_who};
-use crate::tracker::session::{Answer, Answered, Dialect, Step, TrackerSession, Verdict};
+use crate::tracker::session::TrackerSession;
 
 /// Wait after [`POLL`] while old input is thrown away, ns.
 const DRAIN_NS: u64 = 100_000_000;

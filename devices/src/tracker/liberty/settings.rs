@@ -4,6 +4,7 @@ use crate::tracker::liberty::decode::FrameFormat;
 use crate::tracker::liberty::protocol::{
     ASCII, BINARY, CENTIMETRES, CONTINUOUS, N_STATIONS, ZERO_COUNTERS,
 };
+use crate::tracker::space::METRES_PER_CENTIMETRE;
 
 /// Which of the unit's own counters its frames carry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -63,7 +64,7 @@ impl LibertySettings {
         FrameFormat {
             counter: Some(self.counter),
             stylus: self.stylus,
-            metres_per_unit: crate::tracker::space::METRES_PER_CENTIMETRE,
+            metres_per_unit: METRES_PER_CENTIMETRE,
         }
     }
 }
