@@ -15,6 +15,9 @@ mod udcap;
 mod vmc;
 mod vrpn;
 
+#[cfg(test)]
+mod tests;
+
 use std::path::{Path, PathBuf};
 
 use nalgebra::Isometry3;
@@ -62,7 +65,7 @@ const RATE: Bounds = Bounds::within(0.1, 10_000.0, "Hz");
 type Reader = fn(&mut Keys<'_>, &mut Sheet<'_>) -> Option<Driver>;
 
 /// Every kind by name.
-const KINDS: &[(&str, Reader)] = &[
+pub(super) const KINDS: &[(&str, Reader)] = &[
     ("cyberglove", cyberglove::read),
     ("lucidglove", lucidglove::read),
     ("fastrak", fastrak::read),
@@ -179,6 +182,11 @@ fn place(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>) -> Option<Place> {
 
 /// What is wrong with the place of such a device, if anything is.
 fn misplaced(driver: &Driver, place: &Place) -> Option<String> {
+    if matches!(place, Place::Vrpn(_)) && !matches!(driver, Driver::Vrpn(_)) {
+        return Some(format!(
+            "is \"{place}\", a device of a VRPN server; its kind is vrpn"
+        ));
+    }
     let usual = driver.usual_datagram_port()?;
     let wanted = format!("its sender sends datagrams: give udp:PORT, such as udp:{usual}");
     (!place.is_datagram()).then(|| format!("is \"{place}\"; {wanted}"))
