@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
+use tsukamu_devices::calibration::import::ImportFormat;
+use tsukamu_devices::glove::calibrate::Handedness;
 use tsukamu_motion::hand_csv;
 use tsukamu_motion::import::adroit::{AdroitOptions, AdroitPoints};
 use tsukamu_motion::import::landmarks21::Landmarks21Options;
@@ -12,9 +14,10 @@ use tsukamu_motion::import::webxr::WebxrOptions;
 use tsukamu_motion::import::{ImportOptions, import as import_text};
 
 use super::Failure;
+use super::import_calibration::{Wearing, import_calibration};
 use super::output::say;
 
-/// Where the motion comes from.
+/// Where the motion or the calibration comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Set {
     /// The simulated Adroit hand.
@@ -25,6 +28,12 @@ enum Set {
     Landmarks21,
     /// A still hand pose of WebXR's joints.
     Webxr,
+    /// A glove calibration of the VirtualHand utility (.cal).
+    Virtualhand,
+    /// A glove calibration of the Shadow Robot company's glove node (YAML).
+    Shadow,
+    /// A glove calibration of 22 lines `rad:raw rad:raw`.
+    TwoPoint,
 }
 
 impl Set {
@@ -34,6 +43,9 @@ impl Set {
             Self::Leap => "leap",
             Self::Landmarks21 => "landmarks21",
             Self::Webxr => "webxr",
+            Self::Virtualhand => "virtualhand",
+            Self::Shadow => "shadow",
+            Self::TwoPoint => "two-point",
         }
     }
 }
@@ -46,8 +58,8 @@ pub(super) struct ImportArgs {
     from: Set,
     /// The file.
     file: PathBuf,
-    /// The hand CSV to write; a file that is there is replaced.
-    #[arg(short, long, value_name = "OUT.csv")]
+    /// The hand CSV, or the calibration, to write; a file that is there is replaced.
+    #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     /// adroit: take the points that were commanded, not those that were reached.
     #[arg(long)]
@@ -66,18 +78,52 @@ pub(super) struct ImportArgs {
     /// webxr: how long the hand stays, seconds.
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     duration: Option<f64>,
+    /// calibrations: who wears the glove.
+    #[arg(long, value_name = "NAME")]
+    wearer: Option<String>,
+    /// calibrations: which hand.
+    #[arg(long, value_parser = ["left", "right"])]
+    hand: Option<String>,
+    /// virtualhand: the angles shown are those of this hand; do not ask.
+    #[arg(long)]
+    yes: bool,
+}
+
+/// What a file is turned into.
+enum Kind {
+    /// A hand CSV.
+    Motion(ImportOptions),
+    /// A calibration.
+    Calibration(ImportFormat),
+}
+
+/// Turns a file of somebody else's into one of ours.
+pub(super) fn import(args: &ImportArgs) -> Result<(), Failure> {
+    match kind(args)? {
+        Kind::Motion(options) => motion(args, &options),
+        Kind::Calibration(format) => {
+            let wearing = Wearing {
+                wearer: args.wearer.as_deref().unwrap_or_default(),
+                hand: args.hand.as_deref().map(|hand| match hand {
+                    "left" => Handedness::Left,
+                    _ => Handedness::Right,
+                }),
+                is_confirmed: args.yes,
+            };
+            import_calibration(format, &args.file, &args.output, &wearing)
+        }
+    }
 }
 
 /// Turns a recorded set's file into a hand CSV.
-pub(super) fn import(args: &ImportArgs) -> Result<(), Failure> {
+fn motion(args: &ImportArgs, options: &ImportOptions) -> Result<(), Failure> {
     let file = args.file.display();
-    let options = options(args)?;
     let text = std::fs::read_to_string(&args.file).with_context(|| file.to_string())?;
     if let Some(set) = set_of(&text).filter(|set| *set != args.from) {
         let told = format!("looks like a file for --from {}", set.name());
         return Err(Failure::Usage(format!("{file}: {told}")));
     }
-    let track = import_text(&text, &options).map_err(|mistakes| {
+    let track = import_text(&text, options).map_err(|mistakes| {
         let lines: Vec<String> = mistakes
             .to_string()
             .lines()
@@ -113,24 +159,34 @@ fn set_of(text: &str) -> Option<Set> {
     }
 }
 
-/// The importer's options; a flag of another set is a mistake.
-fn options(args: &ImportArgs) -> Result<ImportOptions, Failure> {
-    let flags = [
-        ("--commanded", Set::Adroit, args.commanded),
-        ("--min-confidence", Set::Leap, args.min_confidence.is_some()),
-        ("--rate", Set::Landmarks21, args.rate.is_some()),
-        ("--duration", Set::Webxr, args.duration.is_some()),
+/// What is wanted, with the importer's options; a flag of another set is a mistake.
+fn kind(args: &ImportArgs) -> Result<Kind, Failure> {
+    let of_calibration: &[Set] = &[Set::Virtualhand, Set::Shadow, Set::TwoPoint];
+    let flags: [(&str, &[Set], bool); 7] = [
+        ("--commanded", &[Set::Adroit], args.commanded),
+        (
+            "--min-confidence",
+            &[Set::Leap],
+            args.min_confidence.is_some(),
+        ),
+        ("--rate", &[Set::Landmarks21], args.rate.is_some()),
+        ("--duration", &[Set::Webxr], args.duration.is_some()),
+        ("--wearer", of_calibration, args.wearer.is_some()),
+        ("--hand", of_calibration, args.hand.is_some()),
+        ("--yes", &[Set::Virtualhand], args.yes),
     ];
-    if let Some((flag, set, _)) = flags
+    let strange = flags
         .iter()
-        .find(|(_, set, given)| *given && *set != args.from)
-    {
-        return Err(Failure::Usage(format!(
-            "{flag} belongs to --from {}",
-            set.name()
-        )));
+        .find(|(_, sets, given)| *given && !sets.contains(&args.from));
+    if let Some((flag, sets, _)) = strange {
+        let sets: Vec<&str> = sets.iter().map(|set| set.name()).collect();
+        let sets = sets.join(", ");
+        return Err(Failure::Usage(format!("{flag} belongs to --from {sets}")));
     }
-    Ok(match args.from {
+    Ok(Kind::Motion(match args.from {
+        Set::Virtualhand => return Ok(Kind::Calibration(ImportFormat::VirtualHand)),
+        Set::Shadow => return Ok(Kind::Calibration(ImportFormat::Shadow)),
+        Set::TwoPoint => return Ok(Kind::Calibration(ImportFormat::TwoPoint)),
         Set::Adroit => {
             let points = if args.commanded {
                 AdroitPoints::Commanded
@@ -159,7 +215,7 @@ fn options(args: &ImportArgs) -> Result<ImportOptions, Failure> {
                 ..default
             })
         }
-    })
+    }))
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ mod experiment;
 mod export;
 mod given;
 mod import;
+mod import_calibration;
 mod output;
 mod overrides;
 mod recover;
@@ -68,7 +69,7 @@ enum Command {
     Export(export::ExportArgs),
     /// Make a whole recording of one that was cut off.
     Recover(recover::RecoverArgs),
-    /// Turn recorded hand motion of other projects into a hand CSV.
+    /// Turn recorded hand motion of other projects into a hand CSV, or a glove calibration of another program into ours.
     Import(import::ImportArgs),
     /// List this machine's serial ports: maker, lasting name, who may open them, who has them open.
     Devices(devices::DevicesArgs),
