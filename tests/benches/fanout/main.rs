@@ -11,6 +11,7 @@
 
 mod count;
 mod grpc;
+#[path = "../process.rs"]
 mod process;
 mod raw;
 
