@@ -171,7 +171,7 @@ fn d4_tells_the_hand_by_radio() {
         );
         assert_eq!(readings.last().unwrap().hand, Some(hand));
         assert_eq!(info.unwrap().hand, Some(hand));
-        let mut values = vec![10.0, 20.0, 30.0, 40.0, 250.0];
+        let mut values = [10.0, 20.0, 30.0, 40.0, 250.0];
         if hand == Handedness::Left {
             values.reverse();
         }
