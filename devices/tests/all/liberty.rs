@@ -38,11 +38,11 @@ fn running(bench: &Bench<LibertySession, LibertyEmulator>) -> bool {
 }
 
 fn last_info(bench: &Bench<LibertySession, LibertyEmulator>) -> DeviceInfo {
-    let infos = bench.events.iter().filter_map(|event| match event {
+    let mut infos = bench.events.iter().filter_map(|event| match event {
         DeviceEvent::Identified(info) => Some(info.clone()),
         _ => None,
     });
-    infos.last().unwrap()
+    infos.next_back().unwrap()
 }
 
 #[test]

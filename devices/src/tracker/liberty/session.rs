@@ -71,9 +71,9 @@ impl Dialect for LibertyDialect {
         match attempt {
             0 => steps.push(Step::ask(WHO_AM_I, WHO_NS)),
             1 => steps.push(Step::ask(WHO_AM_I, 2 * WHO_NS)),
-            // After a reset there is no echo to switch off that these commands would not have met before.
             _ => steps.extend(Step::ask_repeatedly(WHO_AM_I, PATIENT_NS, N_PATIENT)),
         }
+        // A unit that was deaf has not heard the first one.
         steps.push(Step::Send(NO_ECHO.to_vec()));
         steps.extend(commands(&self.settings).into_iter().map(Step::Send));
         steps

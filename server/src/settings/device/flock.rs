@@ -56,3 +56,54 @@ pub(super) fn read(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>) -> Option<Driver>
     settings.buttons = keys.flag(sheet, "buttons").unwrap_or(settings.buttons);
     Some(Driver::Flock(settings))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use tsukamu_devices::driver::Driver;
+    use tsukamu_devices::tracker::flock::settings::{FlockSettings, Hemisphere, Scale};
+
+    use crate::settings::overrides::Overrides;
+    use crate::settings::parse;
+
+    fn read(keys: &str) -> Result<FlockSettings, String> {
+        let text = format!("[[device]]\nname = 'f'\nkind = 'flock'\nport = '/dev/f'\n{keys}");
+        let settings = parse("t.toml", &text, Path::new(""), &Overrides::default())
+            .map_err(|mistakes| mistakes.to_string())?;
+        match &settings.devices[0].driver {
+            Driver::Flock(flock) => Ok(flock.clone()),
+            other => Err(format!("is {other:?}")),
+        }
+    }
+
+    #[test]
+    fn one_bird_is_alone_and_several_are_a_group() {
+        assert_eq!(read("").unwrap(), FlockSettings::default());
+        let two = read("birds = [1, 2]\nhemisphere = 'lower'\nscale = '144in'").unwrap();
+        assert_eq!((two.birds, two.group), (vec![1, 2], true));
+        assert_eq!(
+            (two.hemisphere, two.scale),
+            (Some(Hemisphere::Lower), Scale::Inches144)
+        );
+        assert!(read("birds = [2]").unwrap().group);
+        assert!(read("group = true").unwrap().group);
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        let expected = "is false, and then there is bird 1 alone";
+        assert!(
+            read("birds = [1, 2]\ngroup = false")
+                .unwrap_err()
+                .contains(expected)
+        );
+        assert!(read("birds = [15]").unwrap_err().contains("birds"));
+        assert!(
+            read("hemisphere = 'up'")
+                .unwrap_err()
+                .contains("hemisphere")
+        );
+        assert!(read("scale = 36").unwrap_err().contains("scale"));
+    }
+}
