@@ -6,9 +6,12 @@
     reason = "a test ends where what it stands on is missing"
 )]
 
+mod calibrate;
 mod feedback;
+mod recovery;
 mod rig;
 mod seen;
+mod sources;
 
 use std::io::BufReader;
 use std::path::Path;
