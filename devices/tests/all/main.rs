@@ -38,5 +38,6 @@ mod udcap;
 mod vmc;
 mod vrpn_examples;
 mod vrpn_garbage;
+mod vrpn_glove;
 mod vrpn_link;
 mod vrpn_session;

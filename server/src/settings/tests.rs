@@ -8,6 +8,7 @@ use super::{Mode, Settings, parse};
 use crate::document::mistake::Mistakes;
 use crate::input::fusion::Between;
 use tsukamu_devices::driver::Driver;
+use tsukamu_devices::tracker::space::TrackerSpace;
 
 fn read(text: &str, flags: &[(&str, &str)]) -> Result<Settings, Mistakes> {
     let mut overrides = Overrides::default();
@@ -166,6 +167,19 @@ fn all_mistakes_are_reported_at_once() {
 }
 
 #[test]
+fn a_device_has_the_rate_that_it_is_set_to_or_its_drivers() {
+    let glove = "[[device]]\nname = 'g'\nkind = 'cyberglove'\nport = '/dev/a'\n";
+    let device =
+        |more: &str| read(&format!("{glove}{more}"), &[]).map(|all| all.devices[0].clone());
+    let device_at = device("expected_rate_hz = 85\nsample_rate_hz = 90").unwrap();
+    assert_eq!(device_at.expected_rate_hz, Some(85.0));
+    assert_eq!(device_at.driver.nominal_rate_hz(), Some(90.0));
+    assert_eq!(device("").unwrap().expected_rate_hz, None);
+    let mistake = device("expected_rate_hz = 0").unwrap_err().to_string();
+    assert!(mistake.contains("expected_rate_hz"), "{mistake}");
+}
+
+#[test]
 fn mistakes_between_devices_and_hands() {
     let hand = "[[hand]]\nname = 'h'\nside = 'right'\nglove = 'g'\ntracker = 't'\n";
     for (text, expected) in [
@@ -201,10 +215,13 @@ fn mistakes_between_devices_and_hands() {
 #[test]
 fn every_key_can_be_overridden() {
     let good = |key: &str| match key {
-        "listen" => "[::1]:9",
+        "listen" | "vrpn" => "[::1]:9",
+        "vrpn_axes" => "z_up",
         "hands" => "synthetic:free",
         "mode" => "realtime",
-        "rate_hz" | "tracking_grace_s" | "keyframe_interval_s" | "event_log" => "20",
+        "rate_hz" | "vrpn_rate_hz" | "tracking_grace_s" | "keyframe_interval_s" | "event_log" => {
+            "20"
+        }
         "record" | "record_frames" | "record_raw" => "true",
         _ => "words",
     };
@@ -215,6 +232,9 @@ fn every_key_can_be_overridden() {
     assert_ne!(settings.world.scene, default.world.scene);
     assert_ne!(settings.publish, default.publish);
     assert_ne!(settings.recording, default.recording);
+    let vrpn = settings.vrpn.expect("a VRPN server");
+    assert_eq!((vrpn.listen, vrpn.rate_hz), (settings.listen, 20.0));
+    assert_eq!((vrpn.axes, default.vrpn), (TrackerSpace::ZUp, None));
     assert_eq!(
         (settings.log.as_str(), settings.world.tracking_grace_s),
         ("words", Some(20.0))
