@@ -141,7 +141,9 @@ fn n2_a_pose_that_a_real_client_took() {
     let pose = PosQuat::decode(message.body).unwrap();
     assert_eq!((pose.sensor, pose.position), (2, [0.1, -0.2, 0.3]));
     assert_eq!(pose.rotation[..2], [0.0, 0.0]);
-    assert!((pose.rotation[2] - 0.7071).abs() < 1e-4 && pose.rotation[2] == pose.rotation[3]);
+    // About half the root of 2, as the client printed it.
+    assert_eq!(pose.rotation[2], pose.rotation[3]);
+    assert!((2.0 * pose.rotation[2].powi(2) - 1.0).abs() < 1e-4);
     assert_eq!(body(|out| pose.encode(out)), message.body);
 }
 

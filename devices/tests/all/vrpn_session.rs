@@ -4,19 +4,16 @@ use std::net::Ipv4Addr;
 
 use tsukamu_devices::fault::Fault;
 use tsukamu_devices::glove::calibrate::GloveCalibration;
-use tsukamu_devices::glove::sensor::GloveSensor;
 use tsukamu_devices::session::{DeviceEvent, LinkAbout, PortRequest, Session, SessionState};
 use tsukamu_devices::tracker::space::TrackerSpace;
-use tsukamu_devices::vrpn::body::{
-    ButtonChange, PosQuat, decode_name, encode_button_states, encode_channels,
-};
+use tsukamu_devices::vrpn::body::{PosQuat, decode_name};
 use tsukamu_devices::vrpn::cookie::COOKIE;
 use tsukamu_devices::vrpn::message::{Header, Message, Time, encode_with, system};
 use tsukamu_devices::vrpn::names::{
     ANALOG_CHANNEL, BUTTON_CHANGE, BUTTON_STATES, PONG, POS_QUAT, describe_sender, describe_type,
 };
 use tsukamu_devices::vrpn::session::VrpnSession;
-use tsukamu_devices::vrpn::settings::{ChannelUnit, VrpnSettings};
+use tsukamu_devices::vrpn::settings::VrpnSettings;
 
 use crate::support::{MS, S};
 
@@ -84,7 +81,7 @@ fn states(events: &[DeviceEvent]) -> Vec<SessionState> {
         .collect()
 }
 
-fn sent(session: &mut VrpnSession) -> Vec<u8> {
+pub(crate) fn sent(session: &mut VrpnSession) -> Vec<u8> {
     std::iter::from_fn(|| session.poll_transmit())
         .flatten()
         .collect()
@@ -205,127 +202,6 @@ fn poses_that_are_none_are_marked_or_dropped() {
     assert!(!readings[0].position_valid && !readings[0].rotation_valid);
     assert_eq!(readings[0].world_from_sensor(), None);
     assert_eq!(session.stats().dropped_records, 3);
-}
-
-#[test]
-fn channels_and_buttons_become_a_glove() {
-    let channels = vec![
-        Some(GloveSensor::ThumbMcp),
-        None,
-        Some(GloveSensor::IndexMcp),
-    ];
-    let glove = |unit| VrpnSettings {
-        channels: channels.clone(),
-        unit,
-        ..settings()
-    };
-    let last = |session: &mut VrpnSession| {
-        events(session)
-            .into_iter()
-            .rev()
-            .find_map(|event| match event {
-                DeviceEvent::Glove(reading) => Some(reading),
-                _ => None,
-            })
-            .unwrap()
-    };
-    let mut session = open(glove(ChannelUnit::Degrees));
-    session.push(
-        2 * MS,
-        &message(BUTTON_STATES, 1, |out| {
-            encode_button_states(&[0, 1, 0, 2], out)
-        }),
-    );
-    session.push(
-        3 * MS,
-        &message(ANALOG_CHANNEL, 9, |out| {
-            encode_channels(&[30.0, 1.0, -90.0], out)
-        }),
-    );
-    let reading = last(&mut session);
-    let angle = |reading: tsukamu_devices::reading::GloveReading, sensor| {
-        reading.angle_rad(sensor).unwrap().to_degrees()
-    };
-    assert!((angle(reading, GloveSensor::ThumbMcp) - 30.0).abs() < 1e-12);
-    assert!((angle(reading, GloveSensor::IndexMcp) + 90.0).abs() < 1e-12);
-    assert_eq!(reading.sensor(GloveSensor::IndexMcp).unwrap().raw, -90.0);
-    assert_eq!(reading.sensor(GloveSensor::IndexPip), None);
-    assert_eq!(
-        (reading.controls.buttons, reading.device_ticks),
-        (0b1010, Some(9))
-    );
-    let change = ButtonChange {
-        button: 1,
-        state: 0,
-    };
-    session.push(
-        4 * MS,
-        &message(BUTTON_CHANGE, 10, |out| change.encode(out)),
-    );
-    let reading = last(&mut session);
-    assert_eq!(reading.controls.buttons, 0b1000);
-    assert!(
-        (angle(reading, GloveSensor::ThumbMcp) - 30.0).abs() < 1e-12,
-        "it stands"
-    );
-
-    let mut session = open(glove(ChannelUnit::Raw));
-    session.push(
-        3 * MS,
-        &message(ANALOG_CHANNEL, 9, |out| {
-            encode_channels(&[60.0, 1.0, 1.0e9], out)
-        }),
-    );
-    let reading = last(&mut session);
-    // Half a degree per count from 40 counts on, up to 107.5 degrees.
-    assert!((angle(reading, GloveSensor::ThumbMcp) - 10.0).abs() < 1e-9);
-    assert!(reading.sensor(GloveSensor::IndexMcp).unwrap().clamped);
-
-    let mut session = open(glove(ChannelUnit::Radians));
-    session.push(
-        3 * MS,
-        &message(ANALOG_CHANNEL, 9, |out| encode_channels(&[0.25], out)),
-    );
-    let reading = last(&mut session);
-    assert_eq!(reading.angle_rad(GloveSensor::ThumbMcp), Some(0.25));
-    assert_eq!(
-        reading.sensor(GloveSensor::IndexMcp),
-        None,
-        "two channels are missing"
-    );
-}
-
-#[test]
-fn an_analog_that_does_not_change_stands() {
-    let mut session = open(VrpnSettings {
-        channels: vec![Some(GloveSensor::ThumbMcp)],
-        ..settings()
-    });
-    session.push(
-        2 * MS,
-        &message(ANALOG_CHANNEL, 9, |out| encode_channels(&[30.0], out)),
-    );
-    let mut stamps = Vec::new();
-    for now in 1..=60 {
-        let now_ns = now * 100 * MS;
-        // The device answers its pings, and sends nothing else.
-        if sent(&mut session).len() >= 24 {
-            session.push(now_ns, &message(PONG, 0, |_| {}));
-        }
-        session.handle_timeout(now_ns);
-        stamps.extend(
-            events(&mut session)
-                .into_iter()
-                .filter_map(|event| match event {
-                    DeviceEvent::Glove(reading) => Some(reading.stamp_ns),
-                    _ => None,
-                }),
-        );
-    }
-    assert_eq!(session.state(), SessionState::Running);
-    let longest = stamps.windows(2).map(|pair| pair[1] - pair[0]).max();
-    assert!(longest <= Some(200 * MS), "{longest:?}");
-    assert!(*stamps.last().unwrap() >= 5_900 * MS);
 }
 
 #[test]

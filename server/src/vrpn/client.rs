@@ -136,9 +136,14 @@ impl Client {
             ),
         };
         let is_readable = tokio::select! {
-            ready = self.stream.ready(interest) => ready.map_err(|_: io::Error| Ending::Closed)?.is_readable(),
+            ready = self.stream.ready(interest) => {
+                let Ok(ready) = ready else { return Err(Ending::Closed) };
+                ready.is_readable()
+            }
             changed = self.pictures.changed(), if is_greeted && !is_full => {
-                changed.map_err(|_| Ending::Stopped)?;
+                if changed.is_err() {
+                    return Err(Ending::Stopped);
+                }
                 false
             }
             () = until(limit), if limit.is_some() => return Err(ending),

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io;
-use std::net::{IpAddr, SocketAddr};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -150,7 +150,7 @@ impl Clients {
     fn own_ip(&self) -> IpAddr {
         self.tcp
             .local_addr()
-            .map_or(IpAddr::from([0, 0, 0, 0]), |address| address.ip())
+            .map_or(IpAddr::V4(Ipv4Addr::UNSPECIFIED), |address| address.ip())
     }
 
     fn has_room(&mut self, from: IpAddr) -> bool {

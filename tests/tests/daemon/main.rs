@@ -13,5 +13,7 @@ mod rude_clients;
 mod rude_scenes;
 mod support;
 mod vrpn;
+mod vrpn_alice;
+mod vrpn_across;
 mod vrpn_probe;
 mod vrpn_rude;

@@ -87,3 +87,7 @@ fn channels(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>) -> Vec<Option<GloveSenso
     }
     channels
 }
+
+#[cfg(test)]
+#[path = "vrpn_tests.rs"]
+mod tests;
