@@ -60,15 +60,13 @@ pub(crate) struct Giving {
 impl Giving {
     /// Takes a request. What is no number is taken as 0.
     pub(crate) fn ask(&mut self, now_ns: u64, feedback: Feedback) {
-        let usable = |share: f64| share.max(0.0).min(1.0);
-        self.wanted = feedback.resistance.map(usable);
+        self.wanted = feedback.resistance.map(|share| bounded(share, 1.0));
         self.wanted_ns = now_ns;
         if let Some(vibration) = feedback.vibration {
-            let bounded = |value: f64, greatest: f64| value.max(0.0).min(greatest);
             let vibration = Vibration {
                 frequency_hz: bounded(vibration.frequency_hz, 1_000.0),
                 duration_s: bounded(vibration.duration_s, 10.0),
-                amplitude: usable(vibration.amplitude),
+                amplitude: bounded(vibration.amplitude, 1.0),
             };
             self.vibration = Some((vibration, now_ns));
         }
@@ -105,6 +103,15 @@ impl Giving {
     /// The glove has gone, or says nothing: whatever it is told next, it begins free.
     pub(crate) fn release(&mut self) {
         *self = Self::default();
+    }
+}
+
+/// From 0 to `greatest`; 0 for what is no number.
+fn bounded(value: f64, greatest: f64) -> f64 {
+    if value > 0.0 {
+        value.min(greatest)
+    } else {
+        0.0
     }
 }
 

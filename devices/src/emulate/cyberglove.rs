@@ -8,8 +8,8 @@ use crate::emulate::glove_record::{
 use crate::emulate::line_fault::LineFaults;
 use crate::glove::calibrate::Handedness;
 use crate::glove::cyberglove::protocol::{
-    ERROR, ERROR_NUMBER, ERROR_UNKNOWN, QUERY, READY_INITIALISED, READY_PLUGGED_IN, REINITIALISE,
-    RESTART, STOP, TERMINATOR,
+    ERROR, ERROR_NUMBER, ERROR_UNKNOWN, PARAMETER_TOUCH, QUERY, READY_INITIALISED,
+    READY_PLUGGED_IN, REINITIALISE, RESTART, STOP, TERMINATOR, TOUCH, TOUCH_ALL,
 };
 use crate::glove::cyberglove::settings::SensorCount;
 use crate::glove::sensor::{GloveSensor, SensorMask};
@@ -59,7 +59,7 @@ impl Registers {
 }
 
 /// A CyberGlove as a state machine, seen from its side of the line.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct CyberGloveEmulator {
     /// What goes wrong on the line.
     pub faults: LineFaults,
@@ -70,6 +70,8 @@ pub struct CyberGloveEmulator {
     raw: [u8; GloveSensor::N_SLOTS],
     plugged_in: bool,
     switch_on: bool,
+    /// Strengths of the vibrators of a CyberTouch.
+    touch: Option<[u8; 6]>,
     registers: Registers,
     input: Vec<u8>,
     output: Vec<u8>,
@@ -95,6 +97,7 @@ impl CyberGloveEmulator {
             raw: [128; GloveSensor::N_SLOTS],
             plugged_in: true,
             switch_on: false,
+            touch: None,
             registers: Registers::at_power_on(hardware),
             input: Vec::new(),
             output: Vec::new(),
@@ -131,6 +134,38 @@ impl CyberGloveEmulator {
     /// Plugs the glove into its box, or pulls it out: records then carry `eg`.
     pub const fn set_plugged_in(&mut self, plugged_in: bool) {
         self.plugged_in = plugged_in;
+    }
+
+    /// Makes it a CyberTouch, with still vibrators.
+    pub const fn add_touch(&mut self) {
+        self.touch = Some([0; 6]);
+    }
+
+    /// The strengths of the vibrators of a CyberTouch: thumb to little finger, palm.
+    #[must_use]
+    pub const fn touch(&self) -> Option<[u8; 6]> {
+        self.touch
+    }
+
+    fn set_touch(&mut self, operands: &[u8]) {
+        let Some(touch) = &mut self.touch else {
+            return;
+        };
+        match operands {
+            [TOUCH_ALL, strengths @ ..] => {
+                for (place, strength) in touch.iter_mut().zip(strengths) {
+                    *place = *strength;
+                }
+            }
+            [_, pairs @ ..] => {
+                for pair in pairs.chunks_exact(2) {
+                    if let Some(place) = touch.get_mut(usize::from(pair[0])) {
+                        *place = pair[1];
+                    }
+                }
+            }
+            [] => {}
+        }
     }
 
     fn say(&mut self, bytes: Vec<u8>) {
@@ -232,7 +267,15 @@ impl CyberGloveEmulator {
             b'L' => vec![u8::from(registers.light)],
             b'M' => registers.mask.to_wire().to_vec(),
             b'N' => vec![registers.n_sampled],
-            b'P' => registers.flags.to_vec(),
+            b'P' => {
+                let [first, second, last] = registers.flags;
+                let touch = if self.touch.is_some() {
+                    PARAMETER_TOUCH
+                } else {
+                    0
+                };
+                vec![first, second, last | touch]
+            }
             b'Q' => vec![registers.quantised],
             b'R' => vec![u8::from(self.hand == Handedness::Right)],
             b'S' => vec![self.hardware.count() as u8],
@@ -260,8 +303,9 @@ impl CyberGloveEmulator {
             (b'T', [a, b, c, d]) => registers.period = [*a, *b, *c, *d],
             (b'U', [on @ 0..=1]) => registers.status = *on == 1,
             (b'Y', [on @ 0..=1]) => registers.external_sync = *on,
-            // Vibrators and on-board calibration are taken and change nothing here.
-            (b'A' | b'C', [_, ..]) => {}
+            (TOUCH, [_, ..]) => self.set_touch(operands),
+            // The on-board calibration is taken and changes nothing here.
+            (b'C', [_, ..]) => {}
             _ => {
                 self.refuse(ERROR_NUMBER);
                 return;

@@ -8,6 +8,7 @@
 mod calibration;
 mod cybertouch;
 mod delimited;
+mod cybertouch;
 mod emulators;
 mod fivedt;
 mod fivedt_session;

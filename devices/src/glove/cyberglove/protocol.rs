@@ -25,6 +25,13 @@ pub const POLL: u8 = b'G';
 /// Send samples until `^C`; first byte of each of them.
 pub const STREAM: u8 = b'S';
 
+/// Sets the vibrators of a CyberTouch; answered by itself and NUL.
+pub const TOUCH: u8 = b'A';
+/// Behind it: six strengths follow, thumb to little finger and palm, 0 to 255.
+pub const TOUCH_ALL: u8 = 0xFF;
+/// Bit of the last byte of the `?P` answer: the glove is a CyberTouch. From one source only.
+pub const PARAMETER_TOUCH: u8 = 0b10;
+
 /// Bit of the `?G` answer: the box has initialised the glove.
 pub const READY_INITIALISED: u8 = 0b01;
 /// Bit of the `?G` answer: a glove is plugged in.
@@ -82,6 +89,8 @@ pub const ATTEMPTS: u32 = 2;
 pub const MAX_RESTARTS: u32 = 3;
 /// Bad records in a row after which the stream is stopped and started again.
 pub const MAX_BAD_RECORDS: u32 = 3;
+/// Records in a row that may have lost a byte each; as many of one length, and it is a length of the glove's own.
+pub const MAX_LOST_BYTES: u32 = 5;
 /// Records' worth of bad bytes that it takes as well: a burst of noise with many NULs is not worth the 0.1 s.
 pub const MAX_BAD_LENGTHS: usize = 5;
 

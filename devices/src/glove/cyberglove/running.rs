@@ -3,8 +3,8 @@
 use crate::fault::{Fault, hex};
 use crate::glove::cyberglove::decode::{RecordLayout, Sample, decode_record};
 use crate::glove::cyberglove::protocol::{
-    ERROR, ERROR_CODES, ERROR_NO_GLOVE, FAMILY, MAX_BAD_LENGTHS, MAX_BAD_RECORDS, MAX_RECORD,
-    MAX_RESTARTS, TERMINATOR, error_meaning,
+    ERROR, ERROR_CODES, ERROR_NO_GLOVE, FAMILY, MAX_BAD_LENGTHS, MAX_BAD_RECORDS, MAX_LOST_BYTES,
+    MAX_RECORD, MAX_RESTARTS, TERMINATOR, TOUCH, TOUCH_ALL, error_meaning,
 };
 use crate::glove::cyberglove::session::{CyberGloveSession, Stage};
 use crate::glove::cyberglove::settings::Sampling;
@@ -22,6 +22,8 @@ pub(super) struct Learned {
 impl CyberGloveSession {
     pub(super) fn start_sampling(&mut self, now_ns: u64) {
         self.buffer.clear();
+        // Whatever a host before this one left on is set anew.
+        self.giving.repeat();
         self.core.send([self.settings.letter()]);
         self.stage = Stage::Running;
         self.in_step = true;
@@ -54,6 +56,8 @@ impl CyberGloveSession {
             let stamp_ns = self.buffer.stamp_ns(end);
             match &bytes[..end] {
                 [] => self.buffer.consume(1),
+                // The vibrators have been set.
+                [TOUCH] => self.buffer.consume(end + 1),
                 [ERROR, code] if ERROR_CODES.contains(code) => {
                     let code = *code;
                     self.buffer.consume(end + 1);
@@ -104,6 +108,21 @@ impl CyberGloveSession {
             ..GloveReading::empty(stamp_ns, self.sequence)
         }));
         self.sequence += 1;
+        self.give(stamp_ns);
+    }
+
+    /// Sets the vibrators of a CyberTouch, if they are due: each finger's to the resistance that it is to feel. The
+    /// palm's stays off.
+    pub(super) fn give(&mut self, now_ns: u64) {
+        if self.stage != Stage::Running || !self.answers.vibrates {
+            return;
+        }
+        if let Some([thumb, index, middle, ring, little]) = self.giving.due(now_ns, 255) {
+            // None is above 255.
+            let fingers = [thumb, index, middle, ring, little].map(|level| level as u8);
+            self.core
+                .send([&[TOUCH, TOUCH_ALL][..], &fingers, &[0]].concat());
+        }
     }
 
     fn take_error(&mut self, now_ns: u64, code: u8) {
@@ -153,7 +172,8 @@ impl CyberGloveSession {
         self.drain(now_ns, resume);
     }
 
-    /// Adopts the layout of three bad records of equal length, if that length is one of a glove's.
+    /// Adopts the layout of three bad records of equal length, if that length is one of a glove's. Shorter ones have to be
+    /// five where there were good ones before: on a bad line three in a row may well have lost a byte each.
     ///
     /// Only so, because a record that lost one byte can look like one of another layout.
     fn learns(&mut self, record: &[u8]) -> bool {
@@ -163,7 +183,13 @@ impl CyberGloveSession {
             length: body.len(),
             n_records: if again { self.learned.n_records + 1 } else { 1 },
         };
-        if self.learned.n_records < MAX_BAD_RECORDS {
+        let is_shorter = self.core.stats.records > 0 && body.len() < self.layout.length();
+        let n_needed = if is_shorter {
+            MAX_LOST_BYTES
+        } else {
+            MAX_BAD_RECORDS
+        };
+        if self.learned.n_records < n_needed {
             return false;
         }
         let certain = self.answers.mask(self.settings.forced_mask());

@@ -1,7 +1,7 @@
 //! The start-up of a CyberGlove as a list of questions and settings.
 
 use crate::glove::calibrate::Handedness;
-use crate::glove::cyberglove::protocol::{QUERY, period_words};
+use crate::glove::cyberglove::protocol::{PARAMETER_TOUCH, QUERY, period_words};
 use crate::glove::cyberglove::settings::CyberGloveSettings;
 use crate::glove::sensor::SensorMask;
 
@@ -13,6 +13,7 @@ pub(super) enum Step {
     HardwareMask,
     Hand,
     Version,
+    Parameters,
     Status,
     Filter,
     NoStamp,
@@ -22,12 +23,13 @@ pub(super) enum Step {
 }
 
 /// In the order in which the open drivers converge; `?N` and `?D` are left out, being unreliable on the III.
-pub(super) const SCRIPT: [Step; 11] = [
+pub(super) const SCRIPT: [Step; 12] = [
     Step::Ready,
     Step::Count,
     Step::HardwareMask,
     Step::Hand,
     Step::Version,
+    Step::Parameters,
     Step::Status,
     Step::Filter,
     Step::NoStamp,
@@ -43,6 +45,8 @@ pub(super) struct Answers {
     pub(super) hardware_mask: Option<SensorMask>,
     pub(super) hand: Option<Handedness>,
     pub(super) version: Option<[u8; 4]>,
+    /// Whether it has vibrators.
+    pub(super) vibrates: bool,
     /// Whether the status byte was acknowledged.
     pub(super) status: bool,
 }
@@ -104,6 +108,7 @@ pub(super) fn command(
         Step::HardwareMask => Some(Command::query(b'K', 3)),
         Step::Hand => Some(Command::query(b'R', 1)),
         Step::Version => Some(Command::query(b'V', 4)),
+        Step::Parameters => Some(Command::query(b'P', 3)),
         Step::Status => Some(Command::set(b'U', &[u8::from(settings.status)])),
         Step::Filter => Some(Command::set(b'F', &[u8::from(settings.filter)])),
         Step::NoStamp => Some(Command::set(b'D', &[0])),
@@ -132,6 +137,7 @@ pub(super) fn take_answer(
         (Step::Hand, [0]) => answers.hand = Some(Handedness::Left),
         (Step::Hand, [1]) => answers.hand = Some(Handedness::Right),
         (Step::Version, [a, b, c, d]) => answers.version = Some([*a, *b, *c, *d]),
+        (Step::Parameters, [_, _, last]) => answers.vibrates = last & PARAMETER_TOUCH != 0,
         (Step::Status, []) => answers.status = settings.status,
         _ => {}
     }

@@ -11,11 +11,12 @@
 use crate::buffer::StampedBuffer;
 use crate::core::Core;
 use crate::fault::{Fault, hex};
+use crate::feedback::{Feedback, Giving};
 use crate::glove::calibrate::GloveCalibration;
 use crate::glove::cyberglove::decode::RecordLayout;
 use crate::glove::cyberglove::protocol::{
     ATTEMPTS, DRAIN_NS, ERROR_NO_GLOVE, FAMILY, MAX_RESTARTS, READY_INITIALISED, READY_PLUGGED_IN,
-    REPLUG_NS, REPLY_NS, RESTART, RESTART_NS, STOP,
+    REPLUG_NS, REPLY_NS, RESTART, RESTART_NS, STOP, TOUCH, TOUCH_ALL,
 };
 use crate::glove::cyberglove::reply::{Reply, find_reply};
 use crate::glove::cyberglove::running::Learned;
@@ -57,6 +58,7 @@ pub struct CyberGloveSession {
     pub(super) answers: Answers,
     pub(super) layout: RecordLayout,
     pub(super) learned: Learned,
+    pub(super) giving: Giving,
     pub(super) sequence: u64,
     pub(super) ticks: Unwrapped,
     pub(super) bad_in_row: u32,
@@ -93,6 +95,7 @@ impl CyberGloveSession {
             answers: Answers::default(),
             layout,
             learned: Learned::default(),
+            giving: Giving::default(),
             sequence: 0,
             ticks: Unwrapped::default(),
             bad_in_row: 0,
@@ -216,6 +219,11 @@ impl CyberGloveSession {
         if attempt + 1 < ATTEMPTS {
             self.ask(now_ns, index, attempt + 1);
         } else if SCRIPT[index] != Step::Ready {
+            if SCRIPT[index] == Step::Status {
+                // Its answer was lost rather than the setting: a record that lost a byte must not pass for one without
+                // status. If it was not, the length is learned.
+                self.answers.status = self.settings.status;
+            }
             self.ask(now_ns, index + 1, 0);
         } else if self.restarts_here < (1 + self.silent_openings).min(MAX_RESTARTS) {
             self.restarts_here += 1;
@@ -275,6 +283,7 @@ impl Session for CyberGloveSession {
     fn port_lost(&mut self, now_ns: u64, fault: Fault) {
         self.buffer.clear();
         self.core.forget_port();
+        self.giving.release();
         self.stage = Stage::Closed;
         self.deadline_ns = None;
         self.core.enter(now_ns, SessionState::Absent, Some(fault));
@@ -338,11 +347,20 @@ impl Session for CyberGloveSession {
     }
 
     fn farewell(&self) -> &'static [u8] {
-        &[STOP]
+        if self.answers.vibrates {
+            &[TOUCH, TOUCH_ALL, 0, 0, 0, 0, 0, 0, STOP]
+        } else {
+            &[STOP]
+        }
     }
 
     fn set_calibration(&mut self, calibration: GloveCalibration) {
         self.calibration = calibration;
+    }
+
+    fn set_feedback(&mut self, now_ns: u64, feedback: Feedback) {
+        self.giving.ask(now_ns, feedback);
+        self.give(now_ns);
     }
 
     fn state(&self) -> SessionState {

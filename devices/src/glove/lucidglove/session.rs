@@ -143,9 +143,8 @@ impl LucidGloveSession {
                 n_sent += 1;
             }
         }
-        for _ in n_sent..n_lines {
-            bytes.push(LINE_END);
-        }
+        let n_blank = n_lines.saturating_sub(n_sent);
+        bytes.extend(std::iter::repeat_n(LINE_END, n_blank as usize));
         self.flow.note_extra(n_sent.saturating_sub(n_lines));
         self.core.send(bytes);
     }
