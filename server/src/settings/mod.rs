@@ -34,6 +34,11 @@
 //! | `sensors` | `cyberglove`: 18 or 22 | the glove's own answer |
 //! | `sampling` | `cyberglove`: `"stream"` or `"poll"` (100 Hz) | `"stream"` |
 //! | `sample_rate_hz` | `cyberglove`: Hz, 0.01 to 1000 | 100 |
+//! | `max` | `lucidglove`: its number for a full curl, 1 to 65535 | found out: 1023, or 4095 once a greater number came |
+//! | `hand` | `lucidglove`: `"left"` or `"right"` | what the glove says |
+//! | `feedback` | `lucidglove`: `false`: the fingers are never stopped | `true` |
+//! | `feedback_max` | `lucidglove`: the number that blocks a finger, 1 to 65535; 1000 for the firmware, 4095 for the stand-alone library | 1000 |
+//! | `haptics` | `lucidglove`: `true`: a touch is also a short vibration, of gloves that have it | `false` |
 //! | `calibration` | `cyberglove`: the wearer's calibration file, beside the settings | none: factory means |
 //! | `stations` | `fastrak`: stations in use, 1 to 4; they share the rate | `[1]` |
 //! | `encoding` | `fastrak`: `"binary"` or `"ascii"` | `"binary"` |
@@ -61,6 +66,7 @@
 //! | `glove_min_cutoff_hz`, `tracker_min_cutoff_hz` | the same of one stream: turns that one's filter on, or replaces the number of both | that of both |
 //! | `glove_beta`, `tracker_beta` | the same of one stream | that of both |
 //! | `glove_predict_s`, `tracker_predict_s` | s, 0 to 0.1: how far that stream may be predicted (LaViola 2003); more than 0.05 seldom pays; the hand is as early as both streams allow, so give both; lag and error show in `tsukamu devices --json` | 0: off |
+//! | `feedback_strength` | 0 to 1: share of its glove's full force that stops a finger while it touches something (LucidGloves), or vibrates at it (CyberTouch) | 1 |
 
 pub mod calibration;
 pub mod device;
