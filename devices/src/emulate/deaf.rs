@@ -1,7 +1,7 @@
 //! The time in which a device hears nothing, because it starts anew.
 
 /// Until when.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Deafness {
     until_ns: Option<u64>,
 }

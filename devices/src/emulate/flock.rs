@@ -49,7 +49,7 @@ impl Bird {
 }
 
 /// A Flock of Birds as a state machine, seen from its side of the line.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct FlockEmulator {
     /// What goes wrong on the line.
     pub faults: LineFaults,

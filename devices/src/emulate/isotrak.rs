@@ -32,7 +32,7 @@ struct Station {
 }
 
 /// An Isotrak II or 3SPACE Tracker as a state machine, seen from its side of the line.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct IsotrakEmulator {
     /// What goes wrong on the line.
     pub faults: LineFaults,

@@ -33,7 +33,7 @@ pub(crate) struct Sensor {
 }
 
 /// A Liberty, Patriot or Latus as a state machine, seen from its side of the line.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct LibertyEmulator {
     /// What goes wrong on the line.
     pub faults: LineFaults,
