@@ -61,8 +61,8 @@ impl ClockFit {
         if self.is_jump(ticks, arrival_ns) {
             // Late once more, and soon: it is not the counter that jumps, it is slower than was said.
             let is_young = self.envelope.n_bins() < DRIFT_BINS;
-            self.is_nominal_wrong |=
-                is_young && self.n_restarts > 0 && self.late_since_ns.is_some();
+            let ran_on = self.late_since_ns.is_some() && ticks >= self.last_ticks;
+            self.is_nominal_wrong |= is_young && ran_on && self.n_restarts > 0;
             self.restart();
         }
         let (base_ticks, base_ns) = *self.base.get_or_insert((ticks, arrival_ns));
