@@ -13,7 +13,7 @@ use crate::glove::sensor::GloveSensor;
 const RATE_HZ: u64 = 100;
 
 /// A board that prints lines of numbers, as a state machine seen from its side of the line.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct DelimitedEmulator {
     /// What goes wrong on the line.
     pub faults: LineFaults,

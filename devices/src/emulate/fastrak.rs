@@ -41,7 +41,7 @@ impl Station {
 }
 
 /// A Fastrak as a state machine, seen from its side of the line.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct FastrakEmulator {
     /// What goes wrong on the line.
     pub faults: LineFaults,

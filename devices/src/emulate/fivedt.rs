@@ -20,7 +20,7 @@ const DATA_PER_ABOUT: u32 = 50;
 const VERSION: [u8; 2] = [1, 2];
 
 /// A 5DT glove as a state machine, seen from its side of the line.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct FiveDtEmulator {
     /// What goes wrong on the line.
     pub faults: LineFaults,

@@ -81,7 +81,7 @@ pub struct Heard {
 }
 
 /// A LucidGlove as a state machine, seen from its side of the line.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct LucidGloveEmulator {
     /// What goes wrong on the line.
     pub faults: LineFaults,

@@ -11,7 +11,7 @@ use crate::glove::sensor::GloveSensor;
 const RATE_HZ: u64 = 120;
 
 /// An OpenCyberGlove as a state machine, seen from its side of the line.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct OpenCyberGloveEmulator {
     /// What goes wrong on the line.
     pub faults: LineFaults,

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use nix::errno::Errno;
 use nix::fcntl::{FcntlArg, FdFlag, OFlag, fcntl};
@@ -48,6 +48,7 @@ enum Order {
     Plug(SyncSender<io::Result<PathBuf>>),
     Unplug(SyncSender<()>),
     Noise(Noise),
+    Silence { time: Duration, is_power_cut: bool },
     Stop,
 }
 
@@ -60,7 +61,7 @@ pub struct PtyEmulator<E> {
     path: PathBuf,
 }
 
-impl<E: Emulator + Send + 'static> PtyEmulator<E> {
+impl<E: Emulator + Clone + Send + 'static> PtyEmulator<E> {
     /// Opens a pseudo-terminal and starts the device. `motion` is called before each time the device is asked for
     /// bytes, with ns since the start, and may bend and move it.
     ///
@@ -70,6 +71,7 @@ impl<E: Emulator + Send + 'static> PtyEmulator<E> {
     where
         M: FnMut(u64, &mut E) + Send + 'static,
     {
+        let at_power_on = emulator.clone();
         let emulator = Arc::new(Mutex::new(emulator));
         let pty = Pty::open(settings.link.as_deref())?;
         let path = pty.path.clone();
@@ -84,6 +86,8 @@ impl<E: Emulator + Send + 'static> PtyEmulator<E> {
             waiting: Vec::new(),
             line_free_ns: 0,
             noise: Noise::new(0.0),
+            at_power_on,
+            silence: None,
         };
         let thread = std::thread::Builder::new()
             .name("emulated device".to_owned())
@@ -112,6 +116,22 @@ impl<E: Emulator + Send + 'static> PtyEmulator<E> {
     pub fn spoil(&self, share: f64) {
         // An error means that the thread has ended, and there is nothing to spoil.
         let _ = self.orders.send(Order::Noise(Noise::new(share)));
+    }
+
+    /// Says and hears nothing for a time, then goes on as if nothing had been.
+    pub fn stall(&self, time: Duration) {
+        self.fall_silent(time, false);
+    }
+
+    /// Loses its power in the middle of what it says, and comes back after that time as it was when it was made: set to
+    /// nothing, and asked for nothing.
+    pub fn cut_power(&self, time: Duration) {
+        self.fall_silent(time, true);
+    }
+
+    fn fall_silent(&self, time: Duration, is_power_cut: bool) {
+        // An error means that the thread has ended, and is silent.
+        let _ = self.orders.send(Order::Silence { time, is_power_cut });
     }
 
     /// Pulls the cable: the terminal hangs up and the link disappears. The device keeps its state.
@@ -216,9 +236,21 @@ struct Run<E, M> {
     /// When the line has sent what it was given, ns.
     line_free_ns: u64,
     noise: Noise,
+    /// The device as it was made.
+    at_power_on: E,
+    silence: Option<Silence>,
 }
 
-impl<E: Emulator, M: FnMut(u64, &mut E)> Run<E, M> {
+/// A time in which the device neither hears nor speaks.
+#[derive(Clone, Copy)]
+struct Silence {
+    end_ns: u64,
+    is_power_cut: bool,
+    /// Whether it has begun, by what was being said cut in two.
+    has_begun: bool,
+}
+
+impl<E: Emulator + Clone, M: FnMut(u64, &mut E)> Run<E, M> {
     fn now_ns(&self) -> u64 {
         self.origin.elapsed().as_nanos() as u64
     }
@@ -229,6 +261,13 @@ impl<E: Emulator, M: FnMut(u64, &mut E)> Run<E, M> {
             match order {
                 Order::Stop => return false,
                 Order::Noise(noise) => self.noise = noise,
+                Order::Silence { time, is_power_cut } => {
+                    self.silence = Some(Silence {
+                        end_ns: self.now_ns() + time.as_nanos() as u64,
+                        is_power_cut,
+                        has_begun: false,
+                    });
+                }
                 Order::Unplug(done) => {
                     self.pty = None;
                     let _ = done.send(());
@@ -246,7 +285,9 @@ impl<E: Emulator, M: FnMut(u64, &mut E)> Run<E, M> {
         }
         let now_ns = self.now_ns();
         let heard = self.hear();
-        let deadline_ns = {
+        let deadline_ns = if self.is_silent(now_ns) {
+            None
+        } else {
             let mut emulator = self.emulator.lock().unwrap_or_else(PoisonError::into_inner);
             (self.motion)(now_ns, &mut emulator);
             emulator.push(now_ns, &heard);
@@ -256,6 +297,11 @@ impl<E: Emulator, M: FnMut(u64, &mut E)> Run<E, M> {
             }
             let mut said = emulator.poll(now_ns);
             self.noise.spoil(&mut said);
+            if let Some(silence) = self.silence.as_mut().filter(|_| said.len() > 1) {
+                // In the middle of a record.
+                said.truncate(said.len() / 2);
+                silence.has_begun = true;
+            }
             self.waiting.extend(said);
             emulator.deadline()
         };
@@ -264,6 +310,22 @@ impl<E: Emulator, M: FnMut(u64, &mut E)> Run<E, M> {
         self.send(now_ns);
         self.wait(deadline_ns);
         true
+    }
+
+    /// Whether the device is silent at present. A power cut ends with the device as it was made.
+    fn is_silent(&mut self, now_ns: u64) -> bool {
+        let Some(silence) = self.silence else {
+            return false;
+        };
+        if now_ns < silence.end_ns {
+            return silence.has_begun;
+        }
+        self.silence = None;
+        if silence.is_power_cut {
+            let mut emulator = self.emulator.lock().unwrap_or_else(PoisonError::into_inner);
+            *emulator = self.at_power_on.clone();
+        }
+        false
     }
 
     fn hear(&self) -> Vec<u8> {

@@ -72,7 +72,7 @@ pub enum SourceKind {
 }
 
 /// A sender of hands. Each [`Emulator::poll`] gives one datagram, or nothing.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct SourceEmulator {
     /// What goes wrong on the way; a dropped byte is one of a datagram.
     pub faults: LineFaults,

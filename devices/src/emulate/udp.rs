@@ -2,7 +2,7 @@
 
 use std::io;
 use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -18,6 +18,8 @@ const STOP_LATENCY: Duration = Duration::from_millis(20);
 struct Orders {
     stop: AtomicBool,
     unplugged: AtomicBool,
+    /// End of a time in which nothing is sent, ns since the start.
+    silent_until_ns: AtomicU64,
     noise: Mutex<Noise>,
 }
 
@@ -27,10 +29,13 @@ pub struct UdpEmulator<E> {
     emulator: Arc<Mutex<E>>,
     orders: Arc<Orders>,
     to: SocketAddr,
+    /// The program as it was started.
+    at_start: E,
+    origin: Instant,
     thread: Option<JoinHandle<()>>,
 }
 
-impl<E: Emulator + Send + 'static> UdpEmulator<E> {
+impl<E: Emulator + Clone + Send + 'static> UdpEmulator<E> {
     /// Starts to send what the emulator polls, each poll as one datagram, to `HOST:PORT`. `motion` is called before each
     /// poll, with ns since the start, and may bend and move it.
     ///
@@ -44,10 +49,13 @@ impl<E: Emulator + Send + 'static> UdpEmulator<E> {
         let to = to.to_socket_addrs()?.next().ok_or_else(no_address)?;
         let own = if to.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
         let socket = UdpSocket::bind(own)?;
+        let at_start = emulator.clone();
+        let origin = Instant::now();
         let emulator = Arc::new(Mutex::new(emulator));
         let orders = Arc::new(Orders {
             stop: AtomicBool::new(false),
             unplugged: AtomicBool::new(false),
+            silent_until_ns: AtomicU64::new(0),
             noise: Mutex::new(Noise::new(0.0)),
         });
         let mut run = Run {
@@ -56,7 +64,7 @@ impl<E: Emulator + Send + 'static> UdpEmulator<E> {
             motion,
             socket,
             to,
-            origin: Instant::now(),
+            origin,
         };
         let thread = std::thread::Builder::new()
             .name("emulated sender".to_owned())
@@ -65,6 +73,8 @@ impl<E: Emulator + Send + 'static> UdpEmulator<E> {
             emulator,
             orders,
             to,
+            at_start,
+            origin,
             thread: Some(thread),
         })
     }
@@ -84,6 +94,18 @@ impl<E: Emulator + Send + 'static> UdpEmulator<E> {
     /// From now on sends nothing, or sends again.
     pub fn set_unplugged(&self, unplugged: bool) {
         self.orders.unplugged.store(unplugged, Ordering::Release);
+    }
+
+    /// Sends nothing for a time, then goes on as if nothing had been.
+    pub fn stall(&self, time: Duration) {
+        let end_ns = (self.origin.elapsed() + time).as_nanos() as u64;
+        self.orders.silent_until_ns.store(end_ns, Ordering::Release);
+    }
+
+    /// Sends nothing for a time, and begins then as it was started.
+    pub fn restart(&self, time: Duration) {
+        self.stall(time);
+        self.with(|emulator| emulator.clone_from(&self.at_start));
     }
 
     /// From now on replaces this share of the bytes, 0 to 1.
@@ -132,7 +154,9 @@ impl<E: Emulator, M: FnMut(u64, &mut E)> Run<E, M> {
     }
 
     fn send(&self, datagram: &mut [u8]) {
-        if self.orders.unplugged.load(Ordering::Acquire) {
+        let silent_until_ns = self.orders.silent_until_ns.load(Ordering::Acquire);
+        let now_ns = self.origin.elapsed().as_nanos() as u64;
+        if self.orders.unplugged.load(Ordering::Acquire) || now_ns < silent_until_ns {
             return;
         }
         let noise = &self.orders.noise;

@@ -28,6 +28,7 @@ pub mod opencyberglove;
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use nalgebra::Isometry3;
 use tsukamu_devices::emulate::Emulator;
@@ -118,9 +119,15 @@ pub trait Plugged: Send {
 
     /// From now on replaces this share of the bytes that the device says, 0 to 1.
     fn spoil(&mut self, share: f64);
+
+    /// Says and hears nothing for a time, then goes on as if nothing had been.
+    fn stall(&mut self, time: Duration);
+
+    /// Loses its power in the middle of what it says, and comes back after that time as it was when it was plugged in first.
+    fn cut_power(&mut self, time: Duration);
 }
 
-impl<E: Emulator + Send + 'static> Plugged for PtyEmulator<E> {
+impl<E: Emulator + Clone + Send + 'static> Plugged for PtyEmulator<E> {
     fn path(&self) -> &Path {
         Self::path(self)
     }
@@ -135,6 +142,14 @@ impl<E: Emulator + Send + 'static> Plugged for PtyEmulator<E> {
 
     fn spoil(&mut self, share: f64) {
         Self::spoil(self, share);
+    }
+
+    fn stall(&mut self, time: Duration) {
+        Self::stall(self, time);
+    }
+
+    fn cut_power(&mut self, time: Duration) {
+        Self::cut_power(self, time);
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use tsukamu_devices::emulate::source::{SentHand, SourceEmulator, SourceKind};
 use tsukamu_devices::emulate::udp::UdpEmulator;
@@ -99,5 +100,13 @@ impl Plugged for Sender {
 
     fn spoil(&mut self, share: f64) {
         self.emulator.spoil(share);
+    }
+
+    fn stall(&mut self, time: Duration) {
+        self.emulator.stall(time);
+    }
+
+    fn cut_power(&mut self, time: Duration) {
+        self.emulator.restart(time);
     }
 }
