@@ -4,6 +4,7 @@
 /// The scripted daemon.
 mod fake;
 
+mod calibrating;
 mod command_line;
 mod connecting;
 mod driving;

@@ -18,7 +18,7 @@ pub enum CalibrationFault {
         known: String,
     },
     /// It has no fingers.
-    #[error("{0} is no glove")]
+    #[error("{0} is no glove; of a tracker the room and the mount can be calibrated")]
     NoGlove(String),
     /// It has no pose.
     #[error("{0} is no tracker")]

@@ -205,6 +205,7 @@ async fn hold(
     away_from: Option<Vec3>,
 ) -> Result<TrackerHeld> {
     let begun = Instant::now();
+    let mut is_again = false;
     loop {
         let request = HoldTrackerRequest {
             device: args.device.clone(),
@@ -219,6 +220,7 @@ async fn hold(
                 Some(Kind::Progress(progress)) => match progress.state.as_str() {
                     "blind" => stage
                         .tell("  the tracker sees nothing: is the receiver plugged in and near?")?,
+                    _ if is_again => {}
                     "holding" => stage.tell("  hold still")?,
                     _ => stage.tell("  waiting for the sensor to be still")?,
                 },
@@ -233,6 +235,8 @@ async fn hold(
         if is_next {
             return Ok(held);
         }
+        is_again = true;
+        stage.tell("  still at the last point")?;
         if begun.elapsed().as_secs_f64() > PATIENCE_S {
             bail!("the sensor stayed where the last point was");
         }
