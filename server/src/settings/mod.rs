@@ -43,6 +43,10 @@
 //! | `stations` | `fastrak`: stations in use, 1 to 4; they share the rate | `[1]` |
 //! | `encoding` | `fastrak`: `"binary"` or `"ascii"` | `"binary"` |
 //! | `hemisphere` | `fastrak`: `[x, y, z]` toward the receivers, transmitter space | the unit's own |
+//! | `space` | `vrpn`: axes of its poses: `"y_up"`, `"z_up"` or `"z_down"`; VRPN itself does not say | `"y_up"` |
+//! | `scale` | `vrpn`: metres per unit of its positions, above 0 up to 1000 | 1 |
+//! | `channels` | `vrpn`: what each channel measures, from channel 0: names as in calibration files, or `"-"` | none: no glove |
+//! | `unit` | `vrpn`: of the channels: `"degrees"`, `"radians"`, or `"raw"` for counts to be calibrated | `"degrees"` |
 //! | `transmitter_position` | `fastrak`: `[x, y, z]` m, world space, within 100 | `[0, 0, 0]` |
 //! | `transmitter_rotation_deg` | `fastrak`: `[yaw, pitch, roll]` °, of the transmitter as the driver reports it, y up | `[0, 0, 0]` |
 //! | `room` | trackers: a file of these two keys alone, beside the settings, in their place; `tsukamu calibrate --room` writes it | none |

@@ -63,6 +63,7 @@ fn channels(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>) -> Vec<Option<GloveSenso
         );
         keys.fault(sheet, "channels", message);
     }
+    let names_none = texts.iter().all(|(_, text)| text == UNUSED);
     let mut channels = Vec::new();
     for (span, text) in texts {
         if text == UNUSED {
@@ -82,7 +83,7 @@ fn channels(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>) -> Vec<Option<GloveSenso
         }
         channels.push(sensor);
     }
-    if !channels.is_empty() && channels.iter().all(Option::is_none) {
+    if names_none && !channels.is_empty() {
         keys.fault(sheet, "channels", "name no sensor");
     }
     channels
