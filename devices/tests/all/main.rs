@@ -8,7 +8,6 @@
 mod calibration;
 mod cybertouch;
 mod delimited;
-mod cybertouch;
 mod emulators;
 mod fivedt;
 mod fivedt_session;
@@ -37,6 +36,7 @@ mod tracker_promises;
 mod tracker_session;
 mod udcap;
 mod vmc;
+mod vmc_session;
 mod vrpn_examples;
 mod vrpn_garbage;
 mod vrpn_glove;

@@ -4,7 +4,7 @@ use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream, UdpSocket};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -26,6 +26,10 @@ use tsukamu_devices::session::{DeviceEvent, SessionState, SessionStats};
 /// Far more than anything takes on an idle machine.
 const PATIENCE: Duration = Duration::from_secs(20);
 
+/// More than a test waits through.
+const MOST_EVENTS: usize = 100_000;
+
+#[expect(clippy::large_enum_variant, reason = "a test has few of them")]
 #[derive(Debug)]
 enum Heard {
     Device(DeviceEvent),
@@ -40,7 +44,7 @@ struct Served {
 
 impl Served {
     fn at(place: &str, driver: &Driver) -> Self {
-        let (tell, heard) = channel();
+        let (tell, heard) = sync_channel(MOST_EVENTS);
         let settings = LinkSettings {
             place: place.parse().unwrap(),
             bauds: Vec::new(),
@@ -59,7 +63,7 @@ impl Served {
                     } => Heard::Raw(direction, bytes.to_vec()),
                 };
                 // The test may have ended.
-                let _ = tell.send(heard);
+                let _ = tell.try_send(heard);
             },
         );
         Self {
