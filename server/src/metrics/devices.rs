@@ -44,48 +44,7 @@ fn of_device(device: &v1::Device, value: f64) -> Option<f64> {
 impl DeviceFamilies {
     /// `registry` is that of the sources.
     pub(super) fn new(registry: &mut Registry) -> Self {
-        let all: [(&str, &str, Option<Unit>, Ask); 7] = [
-            ("up", "Whether the device runs, 1 or 0", None, |device| {
-                of_device(device, f64::from(u8::from(device.state == "running")))
-            }),
-            (
-                "expected_rate_hz",
-                "Samples per second that the device should have",
-                None,
-                |device| Some(device.expected_rate_hz).filter(|rate_hz| *rate_hz > 0.0),
-            ),
-            (
-                "jitter",
-                "Standard deviation of the time between samples over ten seconds",
-                Some(Unit::Seconds),
-                |device| Some(device.jitter_s),
-            ),
-            (
-                "resync_rate_hz",
-                "Times per second that the decoder lost step, over ten seconds",
-                None,
-                |device| of_device(device, device.resyncs_per_s),
-            ),
-            (
-                "out_of_range",
-                "Of the worst sensor: share of ten seconds' samples beyond its calibrated range",
-                Some(Unit::Ratios),
-                |device| of_device(device, device.out_of_range_share),
-            ),
-            (
-                "clock_drift_ppm",
-                "How much faster the device's clock runs than the daemon's, parts per million",
-                None,
-                |device| device.clock.as_ref()?.drift_ppm,
-            ),
-            (
-                "clock_error",
-                "How far a sample's fitted time may be off",
-                Some(Unit::Seconds),
-                |device| device.clock.as_ref()?.error_s,
-            ),
-        ];
-        let gauges = all.map(|(name, help, unit, ask)| {
+        let gauges = numbers().map(|(name, help, unit, ask)| {
             let family = Gauges::default();
             match unit {
                 Some(unit) => registry.register_with_unit(name, help, unit, family.clone()),
@@ -142,6 +101,51 @@ impl DeviceFamilies {
         }
         self.gaps.set(sources);
     }
+}
+
+/// Name, meaning, unit and value of each number of a device.
+fn numbers() -> [(&'static str, &'static str, Option<Unit>, Ask); 7] {
+    [
+        ("up", "Whether the device runs, 1 or 0", None, |device| {
+            of_device(device, f64::from(u8::from(device.state == "running")))
+        }),
+        (
+            "expected_rate_hz",
+            "Samples per second that the device should have",
+            None,
+            |device| Some(device.expected_rate_hz).filter(|rate_hz| *rate_hz > 0.0),
+        ),
+        (
+            "jitter",
+            "Standard deviation of the time between samples over ten seconds",
+            Some(Unit::Seconds),
+            |device| Some(device.jitter_s),
+        ),
+        (
+            "resync_rate_hz",
+            "Times per second that the decoder lost step, over ten seconds",
+            None,
+            |device| of_device(device, device.resyncs_per_s),
+        ),
+        (
+            "out_of_range",
+            "Of the worst sensor: share of ten seconds' samples beyond its calibrated range",
+            Some(Unit::Ratios),
+            |device| of_device(device, device.out_of_range_share),
+        ),
+        (
+            "clock_drift_ppm",
+            "How much faster the device's clock runs than the daemon's, parts per million",
+            None,
+            |device| device.clock.as_ref()?.drift_ppm,
+        ),
+        (
+            "clock_error",
+            "How far a sample's fitted time may be off",
+            Some(Unit::Seconds),
+            |device| device.clock.as_ref()?.error_s,
+        ),
+    ]
 }
 
 /// The classes of gaps of every source; they are counted elsewhere and only written here.
