@@ -35,6 +35,7 @@ use crate::settings::{Mode, PublishSettings, RecordingSettings};
 use crate::status::StatusBoard;
 use crate::ticker::Ticker;
 use crate::ticker::engine::{Engine, Outlets};
+use crate::ticker::pulse::{Heartbeat, Pulse};
 use crate::ticker::request::{Beginning, Plan, TickerHandle};
 use crate::vrpn::listen::Sockets;
 use crate::vrpn::{VrpnFault, VrpnServer};
@@ -143,6 +144,7 @@ pub struct Daemon {
 struct Threads {
     tick: JoinHandle<()>,
     publisher: JoinHandle<()>,
+    pulse: Arc<Pulse>,
     /// True when one of them has ended, in whatever way.
     ended: watch::Receiver<bool>,
 }
@@ -275,6 +277,7 @@ impl Threads {
             inbox: Arc::clone(&inbox),
         };
         let (ends_of_publisher, ends_of_tick) = (ends(), ends());
+        let pulse = ticker.pulse();
         let publisher = spawn("publisher", move || {
             let _ends = ends_of_publisher;
             publisher.run();
@@ -286,6 +289,7 @@ impl Threads {
         Ok(Self {
             tick,
             publisher,
+            pulse,
             ended,
         })
     }
@@ -314,6 +318,11 @@ impl Daemon {
     /// What its services share.
     pub const fn backend(&self) -> &Backend {
         &self.backend
+    }
+
+    /// Looks at the tick thread's own signs of life from now on.
+    pub fn heartbeat(&self) -> Heartbeat {
+        Heartbeat::new(Arc::clone(&self.threads.pulse))
     }
 
     /// Waits until a part ends by itself, which happens only when it panics.

@@ -14,6 +14,8 @@ pub mod ticker;
 pub mod input;
 /// The daemon at a glance.
 pub mod status;
+/// What the service manager is told.
+pub mod sd_notify;
 /// The one port.
 pub mod front;
 /// The gRPC services.

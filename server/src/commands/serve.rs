@@ -8,11 +8,13 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 use tokio::signal::unix::{SignalKind, signal};
+use tracing::warn;
 use tracing_subscriber::EnvFilter;
 use tsukamu_server::daemon::{self, DaemonConfig};
 use tsukamu_server::document::mistake::{Mistake, Mistakes};
 use tsukamu_server::plan::{Cast, plan};
 use tsukamu_server::scene_file::load;
+use tsukamu_server::sd_notify::ServiceManager;
 use tsukamu_server::settings::{self, Mode, Settings};
 
 use super::Failure;
@@ -70,13 +72,24 @@ pub(super) fn serve(args: &ServeArgs) -> Result<(), Failure> {
 async fn run(config: DaemonConfig, greeting: &Greeting) -> Result<(), Failure> {
     let mut interrupt = signal(SignalKind::interrupt())?;
     let mut terminate = signal(SignalKind::terminate())?;
+    let manager = ServiceManager::from_variables(|name| std::env::var_os(name), std::process::id())
+        .inspect_err(|fault| warn!(%fault, "the service manager is not told"))
+        .unwrap_or_default();
+    let devices: Vec<String> = config
+        .devices
+        .iter()
+        .map(|device| device.name.clone())
+        .collect();
     let daemon = daemon::start(config).await?;
+    manager.ready(&daemon, &devices).await;
     say(&greeting.text(daemon.local_addr()))?;
     let failed = tokio::select! {
         _ = interrupt.recv() => false,
         _ = terminate.recv() => false,
         () = daemon.failed() => true,
+        () = manager.keep_informed(&daemon, &devices) => true,
     };
+    manager.stopping().await;
     daemon.shutdown().await?;
     if failed {
         Err(anyhow::anyhow!("the world's thread ended by itself").into())

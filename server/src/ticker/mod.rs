@@ -13,17 +13,21 @@ mod entering;
 mod epoch;
 /// What leaves the world after a step.
 mod leaving;
+/// Whether it lives.
+pub mod pulse;
 /// What others ask of it.
 pub mod request;
 /// When steps are due.
 pub mod schedule;
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::Duration;
 
 use crate::settings::Mode;
 use engine::Engine;
+use pulse::Pulse;
 use request::{Refusal, Reply, Request, STEPS_MAX, Stepped};
 use schedule::Schedule;
 
@@ -49,6 +53,7 @@ pub struct Ticker {
     steps: VecDeque<(u32, Reply<Stepped>)>,
     /// Start of the present measurement, and steps since.
     measured: (u64, u64),
+    pulse: Arc<Pulse>,
 }
 
 impl Ticker {
@@ -62,7 +67,13 @@ impl Ticker {
             schedule: None,
             steps: VecDeque::new(),
             measured: (0, 0),
+            pulse: Arc::default(),
         }
+    }
+
+    /// What the thread will show of its life.
+    pub fn pulse(&self) -> Arc<Pulse> {
+        Arc::clone(&self.pulse)
     }
 
     /// Steps the world until it is told to stop.
@@ -113,6 +124,7 @@ impl Ticker {
         self.engine.note_overruns(n_skipped);
         let rate_hz = self.engine.rate_hz();
         self.engine.step();
+        self.pulse.note_step();
         if self.engine.rate_hz() != rate_hz {
             // A playback came to an epoch of another rate.
             self.start_clock();
@@ -142,6 +154,7 @@ impl Ticker {
         if self.engine.step() {
             *n_left -= 1;
         }
+        self.pulse.note_answer();
         if *n_left == 0
             && let Some((_, reply)) = self.steps.pop_front()
         {
@@ -182,12 +195,14 @@ impl Ticker {
         self.measured = (now, 0);
         self.schedule =
             (self.mode == Mode::Realtime).then(|| Schedule::new(now, self.engine.rate_hz()));
+        self.pulse.set_timed(self.schedule.is_some());
     }
 
     /// Does what is asked; false when that is to end. Replies to whoever is gone are lost, as they should be.
     fn answer(&mut self, request: Request) -> bool {
         match request {
             Request::Stop => return false,
+            Request::Pulse => {}
             Request::Step { n, reply } => self.queue_steps(n, reply),
             Request::Pause(reply) => {
                 let _ = reply.send(self.pause());
@@ -224,6 +239,7 @@ impl Ticker {
                 let _ = reply.send(self.engine.stop_recording());
             }
         }
+        self.pulse.note_answer();
         true
     }
 
@@ -250,6 +266,7 @@ impl Ticker {
             return Err(Refusal::NotRealtime);
         }
         self.schedule = None;
+        self.pulse.set_timed(false);
         self.engine.set_paused(true);
         Ok(self.engine.stamp())
     }

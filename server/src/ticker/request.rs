@@ -79,6 +79,8 @@ pub enum Request {
     },
     /// The recording ends.
     StopRecording(Reply<v1::Stamp>),
+    /// Nothing: a thread that waits is to show that it lives.
+    Pulse,
     /// The thread ends.
     Stop,
 }
