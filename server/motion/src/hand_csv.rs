@@ -256,9 +256,23 @@ mod tests {
                 "line 1, column ring_tip_z: the column is missing",
             ],
         );
-        let error = read("a,b\n1,2\n").unwrap_err();
-        assert_eq!((error.mistakes.len(), error.n_more), (20, 49));
-        assert!(error.to_string().ends_with("and 49 more"));
+        check(
+            "a,b\n1,2\n3\n",
+            &["line 1: 69 columns are missing, the first of them hand, t_s, wrist_x"],
+        );
+        let double = header().replacen("thumb_", "index_", 4 * 3);
+        let error = read(&double).unwrap_err().to_string();
+        assert!(
+            error.starts_with(
+                "line 1: 12 columns are missing, the first of them thumb_metacarpal_x,"
+            ),
+            "{error}"
+        );
+        assert_eq!(
+            error.lines().count(),
+            1 + 9,
+            "and nine are there twice: {error}"
+        );
     }
 
     #[test]

@@ -36,6 +36,14 @@ pub enum MistakeKind {
     /// A column that must be there is not.
     #[error("the column is missing")]
     MissingColumn,
+    /// So many columns are not there that another kind of file is likely.
+    #[error("{n} columns are missing, the first of them {}", .first.join(", "))]
+    MissingColumns {
+        /// How many.
+        n: usize,
+        /// The first of them, as many as are named.
+        first: Vec<String>,
+    },
     /// A needed column is there twice.
     #[error("the column is there more than once")]
     DuplicateColumn,
@@ -96,6 +104,8 @@ pub enum MistakeKind {
 
 /// How many mistakes an error carries.
 pub const N_MISTAKES_SHOWN: usize = 20;
+/// How many missing columns are named one by one; of more, only so many are.
+const N_COLUMNS_NAMED: usize = 3;
 /// How much of a cell an error repeats, characters.
 const N_CHARS_SHOWN: usize = 40;
 
@@ -133,7 +143,8 @@ impl Mistakes {
     /// Notes a mistake; beyond the limit it is only counted.
     pub(crate) fn add(&mut self, line: u64, column: Option<&str>, kind: MistakeKind) {
         self.in_header |= line == 1;
-        if self.list.len() < N_MISTAKES_SHOWN {
+        // Those of the header are few, and stand for all others.
+        if line == 1 || self.list.len() < N_MISTAKES_SHOWN {
             self.list.push(Mistake {
                 line,
                 column: column.map(str::to_owned),
@@ -144,9 +155,46 @@ impl Mistakes {
         }
     }
 
-    /// The error of all mistakes so far, if the header (line 1) has one: without columns no row can be read.
+    /// The error of the header's mistakes (line 1), if it has some: without columns no row can be read, so that those of
+    /// the rows say nothing.
     pub(crate) fn check_header(&mut self) -> Result<(), ImportError> {
-        if self.in_header { self.check() } else { Ok(()) }
+        if !self.in_header {
+            return Ok(());
+        }
+        self.list.retain(|mistake| mistake.line == 1);
+        self.n_more = 0;
+        self.sum_up_missing_columns();
+        if self.list.len() > N_MISTAKES_SHOWN {
+            self.n_more = self.list.len() - N_MISTAKES_SHOWN;
+            self.list.truncate(N_MISTAKES_SHOWN);
+        }
+        self.check()
+    }
+
+    /// Makes one mistake of many missing columns, in the place of the first.
+    fn sum_up_missing_columns(&mut self) {
+        let is_missing = |mistake: &Mistake| mistake.kind == MistakeKind::MissingColumn;
+        let missing = self.list.iter().filter(|mistake| is_missing(mistake));
+        let names: Vec<String> = missing
+            .filter_map(|mistake| mistake.column.clone())
+            .collect();
+        if names.len() <= N_COLUMNS_NAMED {
+            return;
+        }
+        self.list.retain(|mistake| !is_missing(mistake));
+        let first = names.iter().take(N_COLUMNS_NAMED).cloned().collect();
+        let kind = MistakeKind::MissingColumns {
+            n: names.len(),
+            first,
+        };
+        self.list.insert(
+            0,
+            Mistake {
+                line: 1,
+                column: None,
+                kind,
+            },
+        );
     }
 
     /// The error of all mistakes so far, if there are any.
