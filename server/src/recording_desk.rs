@@ -33,6 +33,9 @@ pub enum DeskFault {
     /// There is none of that name.
     #[error("there is no recording {0:?}")]
     Absent(String),
+    /// There is one of that name.
+    #[error("a recording of that name is there already: {0}; choose another")]
+    Taken(String),
     /// The folder cannot be used.
     #[error("{}: {source}", .folder.display())]
     Folder {
@@ -94,10 +97,12 @@ impl RecordingDesk {
         let name = file_name(name)?;
         let path = self.folder.join(&name);
         let (folder, session, target) = (self.folder.clone(), self.session.clone(), path.clone());
+        let taken = name.clone();
         let file = tokio::task::spawn_blocking(move || {
             std::fs::create_dir_all(&folder)
                 .map_err(|source| DeskFault::Folder { folder, source })?;
-            Ok::<_, DeskFault>(RecordingFile::create(&target, Existing::Keep, &session)?)
+            let created = RecordingFile::create(&target, Existing::Keep, &session);
+            created.map_err(|fault| refused(fault, taken))
         });
         let file = file.await??;
         let (recorder, records) = RecorderHandle::channel(options);
@@ -255,6 +260,16 @@ fn read_ahead(
         .name("playback".to_owned())
         .spawn(work)?;
     Ok(receiver)
+}
+
+/// Why a new recording of that name is not begun.
+fn refused(fault: RecordFault, name: String) -> DeskFault {
+    match fault {
+        RecordFault::Open { source, .. } if source.kind() == io::ErrorKind::AlreadyExists => {
+            DeskFault::Taken(name)
+        }
+        fault => fault.into(),
+    }
 }
 
 /// A file name for a new recording.

@@ -124,11 +124,7 @@ impl From<DeskFault> for Status {
             DeskFault::Refused(refusal) => refusal.into(),
             DeskFault::Name(_) => Self::invalid_argument(text),
             DeskFault::Absent(_) => Self::not_found(text),
-            DeskFault::Record(RecordFault::Open { source, .. })
-                if source.kind() == std::io::ErrorKind::AlreadyExists =>
-            {
-                Self::already_exists(text)
-            }
+            DeskFault::Taken(_) => Self::already_exists(text),
             DeskFault::Folder { .. } | DeskFault::Record(RecordFault::Open { .. }) => {
                 Self::failed_precondition(text)
             }

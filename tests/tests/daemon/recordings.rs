@@ -117,7 +117,8 @@ async fn recordings_are_listed_and_mistakes_told() {
     let taken = soon(desk.start_recording(request))
         .await
         .expect_err("the name is taken");
-    assert!(taken.message().contains("run.mcap"), "{taken}");
+    let expected = "a recording of that name is there already: run.mcap; choose another";
+    assert_eq!((taken.code(), taken.message()), (Code::AlreadyExists, expected));
     for (name, code) in [
         ("none.mcap", Code::NotFound),
         ("../run.mcap", Code::InvalidArgument),
