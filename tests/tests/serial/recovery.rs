@@ -45,7 +45,7 @@ struct Line {
 }
 
 /// A device with an ear on its line.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Overheard<E> {
     device: E,
     line: Arc<Mutex<Line>>,
