@@ -1,6 +1,7 @@
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 use tsukamu_client::connect::DEFAULT_ADDRESS;
 
 use super::calibrate::args::CalibrateArgs;
@@ -53,6 +54,10 @@ pub(crate) enum Command {
     Resume,
     /// Measure the way to the daemon and the offset of its clock.
     Ping(PingArgs),
+    /// Print a shell's completions of this command line.
+    Completions(CompletionsArgs),
+    /// Write the man pages of this command line.
+    Man(ManArgs),
 }
 
 #[derive(Debug, clap::Args)]
@@ -160,6 +165,19 @@ pub(crate) struct PingArgs {
     /// Exchanges.
     #[arg(long, short = 'n', default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) count: u32,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct CompletionsArgs {
+    /// The shell.
+    pub(crate) shell: Shell,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ManArgs {
+    /// The folder; it is made if it is not there.
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) output: PathBuf,
 }
 
 impl LoadArgs {

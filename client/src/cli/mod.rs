@@ -35,6 +35,8 @@ mod recordings;
 mod scene_names;
 /// `send`.
 mod send;
+/// `completions` and `man`.
+mod shell;
 /// `status` and `ping`.
 mod status;
 /// `watch`.
@@ -63,6 +65,12 @@ pub(crate) async fn main() -> ExitCode {
 }
 
 async fn run(args: Args) -> Result<()> {
+    // These need no daemon.
+    match &args.command {
+        Command::Completions(completions) => return shell::completions(completions),
+        Command::Man(man) => return shell::man(man),
+        _ => {}
+    }
     let patience = Duration::try_from_secs_f64(args.wait)?;
     let client = Client::connect(ConnectOptions {
         address: args.address,
@@ -87,6 +95,8 @@ async fn run(args: Args) -> Result<()> {
         Command::Reset => control::reset(&client, json).await,
         Command::Pause => control::pause(&client, json).await,
         Command::Resume => control::resume(&client, json).await,
+        Command::Completions(completions) => shell::completions(&completions),
+        Command::Man(man) => shell::man(&man),
     }
 }
 

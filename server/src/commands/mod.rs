@@ -1,6 +1,7 @@
 //! The command line: one file per command. What they print, they print through [`output`].
 
 mod check;
+mod completions;
 mod devices;
 mod doctor;
 mod emulate;
@@ -9,6 +10,7 @@ mod export;
 mod given;
 mod import;
 mod import_calibration;
+mod man;
 mod output;
 mod overrides;
 mod recover;
@@ -19,7 +21,7 @@ mod verify;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 /// Exit code of a mistake in what the user gave: arguments, settings, scenes.
 const USAGE: u8 = 2;
@@ -79,6 +81,10 @@ enum Command {
     Emulate(emulate::EmulateArgs),
     /// Do the paper's experiments again.
     Experiment(experiment::ExperimentArgs),
+    /// Print a shell's completions of this command line.
+    Completions(completions::CompletionsArgs),
+    /// Write the man pages of this command line.
+    Man(man::ManArgs),
 }
 
 /// Reads the arguments, carries the command out and says how it ended.
@@ -97,6 +103,8 @@ pub(crate) fn main() -> ExitCode {
         Command::Devices(args) => devices::devices(&args),
         Command::Doctor(args) => doctor::doctor(&args),
         Command::Emulate(args) => emulate::emulate(&args),
+        Command::Completions(args) => completions::completions(&args, &mut Cli::command()),
+        Command::Man(args) => man::man(&args, Cli::command()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -128,8 +136,44 @@ fn causes(fault: &anyhow::Error) -> String {
 #[cfg(test)]
 mod tests {
     use anyhow::anyhow;
+    use clap_complete::Shell;
 
     use super::*;
+
+    /// Names of all commands.
+    fn names() -> Vec<String> {
+        let command = Cli::command();
+        let names = command.get_subcommands().map(clap::Command::get_name);
+        names.map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn completions_know_every_command() {
+        assert!(names().len() > 12, "{:?}", names());
+        for shell in [Shell::Bash, Shell::Zsh, Shell::Fish] {
+            let text = completions::text(shell, &mut Cli::command()).expect("completions");
+            for name in names() {
+                assert!(text.contains(&name), "{shell}: {name}");
+            }
+            assert!(text.contains("cyberglove"), "{shell}: values are known too");
+        }
+    }
+
+    #[test]
+    fn every_command_has_a_man_page() {
+        let folder = std::env::temp_dir().join(format!("tsukamud-man-{}", std::process::id()));
+        man::write(&folder, Cli::command()).expect("pages");
+        let page = |name: &str| std::fs::read_to_string(folder.join(name)).expect(name);
+        let main = page("tsukamud.1");
+        for name in names() {
+            let page = page(&format!("tsukamud-{name}.1"));
+            assert!(page.contains(".SH SYNOPSIS"), "{page}");
+            // In roff a hyphen is escaped.
+            let mention = format!("tsukamud\\-{name}(1)");
+            assert!(main.contains(&mention), "{mention}: {main}");
+        }
+        std::fs::remove_dir_all(folder).expect("the test's own folder");
+    }
 
     #[test]
     fn a_cause_is_told_once() {
