@@ -9,7 +9,9 @@ use crate::glove::fivedt::format::FiveDtSession;
 use crate::glove::fivedt::settings::{FiveDtSettings, Model};
 use crate::glove::lucidglove::session::LucidGloveSession;
 use crate::glove::lucidglove::settings::LucidGloveSettings;
-use crate::glove::opencyberglove::format::{OpenCyberGloveSession, OpenCyberGloveSettings};
+use crate::glove::opencyberglove::format::{
+    OpenCyberGloveSession, OpenCyberGloveSettings, RATE_HZ as OPENCYBERGLOVE_RATE_HZ,
+};
 use crate::session::Session;
 use crate::source::rokoko::settings::RokokoSettings;
 use crate::source::session::{SourceSession, station_of};
@@ -20,7 +22,7 @@ use crate::tracker::fastrak::settings::FastrakSettings;
 use crate::tracker::flock::protocol::BAUDS as FLOCK_BAUDS;
 use crate::tracker::flock::session::FlockSession;
 use crate::tracker::flock::settings::FlockSettings;
-use crate::tracker::isotrak::protocol::BAUDS as ISOTRAK_BAUDS;
+use crate::tracker::isotrak::protocol::{BAUDS as ISOTRAK_BAUDS, TOTAL_RATE_HZ as ISOTRAK_RATE_HZ};
 use crate::tracker::isotrak::session::IsotrakSession;
 use crate::tracker::isotrak::settings::IsotrakSettings;
 use crate::tracker::liberty::session::LibertySession;
@@ -240,6 +242,8 @@ impl Driver {
                 Sampling::Poll { period_ns } => Some(1.0e9 / period_ns.max(1) as f64),
             },
             Self::Fastrak(_) => Some(fastrak::protocol::TOTAL_RATE_HZ as f64),
+            Self::Isotrak(_) => Some(ISOTRAK_RATE_HZ as f64),
+            Self::OpenCyberGlove(_) => Some(OPENCYBERGLOVE_RATE_HZ as f64),
             _ => None,
         }
     }

@@ -3,12 +3,9 @@
 use crate::emulate::Emulator;
 use crate::emulate::beat::Beat;
 use crate::emulate::line_fault::LineFaults;
-use crate::glove::opencyberglove::format::USUAL_ORDER;
+use crate::glove::opencyberglove::format::{RATE_HZ, USUAL_ORDER};
 use crate::glove::opencyberglove::packet::{N_VALUES, Packet};
 use crate::glove::sensor::GloveSensor;
-
-/// Packets in a second.
-const RATE_HZ: u64 = 120;
 
 /// An OpenCyberGlove as a state machine, seen from its side of the line.
 #[derive(Debug, Clone)]

@@ -11,6 +11,8 @@ use crate::ticks::Unwrapped;
 
 /// The device family, for messages.
 pub const FAMILY: &str = "OpenCyberGlove";
+/// Packets per second.
+pub const RATE_HZ: u64 = 120;
 /// Line rate, bit/s.
 pub const BAUD: u32 = 1_000_000;
 /// Silence after which something is done, ns.
