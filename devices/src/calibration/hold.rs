@@ -25,6 +25,8 @@ const READINGS_MIN: (usize, usize) = (3, 8);
 const STILL_SHARE: f64 = 0.04;
 /// The same, in standard errors of such a mean.
 const STILL_ERRORS: f64 = 5.0;
+/// Share of the changes from reading to reading, the largest, that are no noise.
+const JUMP_SHARE: f64 = 0.05;
 /// Share of the sensors that may be restless.
 const RESTLESS_SHARE: f64 = 0.15;
 /// How far a sensor has to be from the pose before for the hand to have moved, as a share of the reach.
@@ -220,17 +222,19 @@ fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// Standard deviation of what changes from one value to the next; a slow drift hardly counts.
+/// Standard deviation of what changes from one value to the next; a slow drift hardly counts, nor does a single jump.
 fn noise(values: &[f64]) -> f64 {
-    let n = values.len().saturating_sub(1);
-    if n == 0 {
-        return 0.0;
-    }
-    let squares: f64 = values
+    let mut squares: Vec<f64> = values
         .windows(2)
         .map(|pair| (pair[1] - pair[0]).powi(2))
-        .sum();
-    (squares / n as f64 / 2.0).sqrt()
+        .collect();
+    squares.sort_by(f64::total_cmp);
+    let n_jumps = (JUMP_SHARE * squares.len() as f64).ceil() as usize;
+    squares.truncate(squares.len() - n_jumps);
+    if squares.is_empty() {
+        return 0.0;
+    }
+    (squares.iter().sum::<f64>() / squares.len() as f64 / 2.0).sqrt()
 }
 
 /// The sensors that are not still.

@@ -5,6 +5,9 @@ use crate::glove::quick_range::usual_range_deg;
 use crate::glove::sensor::GloveSensor;
 use crate::reading::{GloveReading, SensorReading};
 
+/// Largest step of a sensor, as a share of what it moved.
+const STEP_SHARE_MAX: f64 = 0.02;
+
 /// What is known about one sensor's raw values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Seen {
@@ -13,6 +16,8 @@ struct Seen {
     last: f64,
     /// Least change between two readings; infinite while it never changed.
     quantum: f64,
+    /// Whether every value was whole.
+    is_whole: bool,
     /// The first angle that was not clamped: raw value, degrees.
     first: Option<(f64, f64)>,
     /// Raw units per degree of the calibration in force, found from readings; 0 while that is not known.
@@ -47,11 +52,16 @@ impl Scales {
         self.seen[sensor.slot()].map(|seen| (seen.low, seen.high))
     }
 
-    /// The least step in which a sensor's raw value changes; 0 while it never changed.
+    /// The least step in which a sensor's raw value changes; 0 while it never changed. A sensor that was only seen to jump
+    /// is believed to have steps of a whole unit, or of a small share of what it moved.
     #[must_use]
     pub fn quantum(&self, sensor: GloveSensor) -> f64 {
-        let quantum = self.seen[sensor.slot()].map_or(0.0, |seen| seen.quantum);
-        if quantum.is_finite() { quantum } else { 0.0 }
+        let Some(seen) = self.seen[sensor.slot()].filter(|seen| seen.quantum.is_finite()) else {
+            return 0.0;
+        };
+        let share = STEP_SHARE_MAX * (seen.high - seen.low);
+        let most = if seen.is_whole { share.max(1.0) } else { share };
+        seen.quantum.min(most)
     }
 
     /// Raw units that the usual range of a sensor spans: as far as it was seen to move, or as far as the calibration in
@@ -69,12 +79,7 @@ impl Scales {
     #[must_use]
     pub fn is_rail(&self, raw: f64) -> bool {
         let all = || self.seen.iter().flatten();
-        let is_counts = |seen: &Seen| {
-            seen.low >= 0.0
-                && [seen.low, seen.high, seen.last]
-                    .iter()
-                    .all(|raw| raw.fract() == 0.0)
-        };
+        let is_counts = |seen: &Seen| seen.low >= 0.0 && seen.is_whole;
         if !all().all(is_counts) {
             return false;
         }
@@ -89,12 +94,13 @@ impl Scales {
 }
 
 impl Seen {
-    const fn new(raw: f64) -> Self {
+    fn new(raw: f64) -> Self {
         Self {
             low: raw,
             high: raw,
             last: raw,
             quantum: f64::INFINITY,
+            is_whole: raw.fract() == 0.0,
             first: None,
             raw_per_deg: 0.0,
             apart: 0.0,
@@ -108,6 +114,7 @@ impl Seen {
             self.quantum = self.quantum.min(step);
         }
         self.last = raw;
+        self.is_whole &= raw.fract() == 0.0;
         self.low = self.low.min(raw);
         self.high = self.high.max(raw);
         if sensor.clamped || !sensor.angle_rad.is_finite() {
