@@ -91,11 +91,11 @@ impl Worn {
 }
 
 /// A daemon as a user would set it up in a file.
-fn config(folder: &Folder, strength: f64) -> DaemonConfig {
+fn config(folder: &Folder, strength: f64, haptics: bool) -> DaemonConfig {
     let file = |name: &str| folder.file(name).display().to_string();
     let text = format!(
-        "listen = '127.0.0.1:0'\nscene = '{SCENE}'\n\
-         [[device]]\nname = 'glove'\nkind = 'lucidglove'\nport = '{}'\nhand = 'right'\n\
+        "listen = '127.0.0.1:0'\nscene = '{SCENE}'\ntracking_grace_s = 1\n\
+         [[device]]\nname = 'glove'\nkind = 'lucidglove'\nport = '{}'\nhand = 'right'\nhaptics = {haptics}\n\
          [[device]]\nname = 'tracker'\nkind = 'fastrak'\nport = '{}'\n\
          [[hand]]\nname = 'alice:right'\nside = 'right'\nglove = 'glove'\ntracker = 'tracker'\n\
          feedback_strength = {strength}\n",
@@ -164,7 +164,7 @@ async fn grasp(seen: &mut Seen, touched: &RefCell<BTreeSet<usize>>) -> BTreeSet<
 async fn the_fingers_of_a_lucidglove_are_stopped_by_a_grasp_and_freed_by_its_end() {
     let folder = Folder::new("feedback");
     let worn = Worn::new(&folder);
-    let daemon = start(config(&folder, 1.0)).await.unwrap();
+    let daemon = start(config(&folder, 1.0, false)).await.unwrap();
     let mut seen = Seen::connect(&daemon).await;
     seen.devices_become("running").await;
     seen.event(|kind| matches!(kind, Kind::HandFound(_))).await;
@@ -228,7 +228,7 @@ async fn the_fingers_of_a_lucidglove_are_stopped_by_a_grasp_and_freed_by_its_end
 async fn a_hand_that_is_lost_and_a_daemon_that_ends_free_the_fingers() {
     let folder = Folder::new("feedback-lost");
     let mut worn = Worn::new(&folder);
-    let daemon = start(config(&folder, 0.5)).await.unwrap();
+    let daemon = start(config(&folder, 0.5, true)).await.unwrap();
     let mut seen = Seen::connect(&daemon).await;
     seen.devices_become("running").await;
     seen.event(|kind| matches!(kind, Kind::HandFound(_))).await;
@@ -239,6 +239,9 @@ async fn a_hand_that_is_lost_and_a_daemon_that_ends_free_the_fingers() {
     worn.stage.begin();
     grasp(&mut seen, &touched).await;
     worn.limits_become("the grasp", half).await;
+    // What touches first is felt as a vibration too.
+    let vibrations = worn.glove.with(|glove| glove.vibrations().to_vec());
+    assert_eq!(vibrations.first().unwrap(), "F200.00G0.05H0.50");
     worn.tracker.unplug();
     seen.event(is_released_by_loss).await;
     worn.limits_become("the loss", |limits| limits == [0; 5])

@@ -6,8 +6,8 @@
 //! is lost, a silence of a few lines' time is broken by one more, and where that proves to have been one too many,
 //! a later answer is left out.
 
-/// Silence after which the glove is given a line unasked, ns; doubled as long as it lasts.
-const NUDGE_NS: u64 = 25_000_000;
+/// Silence after which the glove is given a line unasked, ns; doubled as long as it lasts. The longest lines take 25 ms.
+const NUDGE_NS: u64 = 40_000_000;
 /// Longest time between such lines, ns.
 const NUDGE_MAX_NS: u64 = 400_000_000;
 /// Lines beyond those heard that are kept account of, and lines that are answered at once; a glove's buffer holds
