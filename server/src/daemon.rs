@@ -193,15 +193,7 @@ pub async fn start(config: DaemonConfig) -> Result<Daemon, DaemonError> {
     let recordings = RecordingDesk::new(config.recording.dir, config.session);
     let lanes = (frames, events);
     let backend = backend(&outlets, ticker, lanes, recordings, stopping.clone());
-    let context = PortContext {
-        sources: outlets.sources,
-        ticker: backend.ticker.clone(),
-        raw_tap: outlets.raw_tap,
-        inbox: outlets.inbox,
-        status: outlets.status,
-        clock: outlets.clock,
-        taps: backend.calibration.taps().clone(),
-    };
+    let context = port_context(outlets, &backend);
     let ports = Some(SerialPorts::open(&config.devices, &config.hands, &context)?);
     if config.recording.from_start {
         let options = RecordOptions {
@@ -229,6 +221,18 @@ pub async fn start(config: DaemonConfig) -> Result<Daemon, DaemonError> {
         vrpn,
         front,
     })
+}
+
+fn port_context(outlets: Outlets, backend: &Backend) -> PortContext {
+    PortContext {
+        sources: outlets.sources,
+        ticker: backend.ticker.clone(),
+        raw_tap: outlets.raw_tap,
+        inbox: outlets.inbox,
+        status: outlets.status,
+        clock: outlets.clock,
+        taps: backend.calibration.taps().clone(),
+    }
 }
 
 fn backend(

@@ -106,12 +106,12 @@ pub fn fit(
     if usual_gain <= 0.0 {
         return Err(FitFault::NothingMoved);
     }
-    for pose in [CalibrationPose::ThumbAcross, CalibrationPose::Spread] {
-        if let (Some(fist), Some(open)) = (held(CalibrationPose::Fist), held(pose))
-            && is_bent(flat, fist, open)
-        {
-            return Err(FitFault::MixedUp(pose.name()));
-        }
+    let (across, spread) = (
+        held(CalibrationPose::ThumbAcross),
+        held(CalibrationPose::Spread),
+    );
+    if let Some(fist) = held(CalibrationPose::Fist) {
+        check_order(flat, fist, &[across, spread])?;
     }
     let mut calibration = base.clone();
     let mut qualities = Vec::new();
@@ -134,19 +134,24 @@ pub fn fit(
     {
         return Err(FitFault::NothingMoved);
     }
-    let thumb = [
-        CalibrationPose::Flat,
-        CalibrationPose::ThumbAcross,
-        CalibrationPose::Spread,
-    ]
-    .map(held);
-    if let [Some(flat), Some(across), Some(spread)] = thumb {
+    if let (Some(across), Some(spread)) = (across, spread) {
         couple_thumb(&mut calibration, flat, across, spread);
     }
     Ok(Fit {
         calibration,
         qualities,
     })
+}
+
+/// In these poses the fingers are straight, as in the flat one.
+fn check_order(
+    flat: &PoseCapture,
+    fist: &PoseCapture,
+    straight: &[Option<&PoseCapture>],
+) -> Result<(), FitFault> {
+    let mut held = straight.iter().flatten();
+    held.find(|open| is_bent(flat, fist, open))
+        .map_or(Ok(()), |open| Err(FitFault::MixedUp(open.pose.name())))
 }
 
 /// Whether most of the fingers are nearer to the fist, or bent farther than it, in a pose that has them straight.

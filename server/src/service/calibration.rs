@@ -46,16 +46,17 @@ fn seconds(value: f64, bounds: (f64, f64), field: &'static str) -> Result<Durati
     given(value, bounds, field).map(Duration::from_secs_f64)
 }
 
-const fn replaced(save: bool, replace_wearer: bool) -> Option<Replace> {
-    match (save, replace_wearer) {
-        (false, _) => None,
-        (true, false) => Some(Replace::SameWearer),
-        (true, true) => Some(Replace::Anyone),
+const fn over(replace_wearer: bool) -> Replace {
+    if replace_wearer {
+        Replace::Anyone
+    } else {
+        Replace::SameWearer
     }
 }
 
 fn station(number: u32) -> Result<u16, Status> {
-    u16::try_from(number.max(1)).map_err(|_| Status::invalid_argument("station is above 65535"))
+    u16::try_from(number.max(1))
+        .map_err(|_too_large| Status::invalid_argument("station is above 65535"))
 }
 
 fn path_text(file: Option<std::path::PathBuf>) -> String {
@@ -145,7 +146,7 @@ impl Calibration for CalibrationService {
             Some(Source::Toml(text)) => settings::calibration::parse("calibration", text)?,
             None => return Err(Fault::Missing("calibration").into()),
         };
-        let saved = replaced(request.save, request.replace_wearer);
+        let saved = request.save.then_some(over(request.replace_wearer));
         let device = request.device;
         let file = self
             .at_the_desk(move |desk| desk.set(&device, &calibration, saved))
@@ -249,7 +250,7 @@ impl Calibration for CalibrationService {
         let request = request.into_inner();
         let wanted = Use {
             apply: request.apply,
-            save: replaced(request.save, request.replace_wearer),
+            save: request.save.then_some(over(request.replace_wearer)),
         };
         let fitted = self
             .at_the_desk(move |desk| desk.fit(request.run, wanted))
@@ -312,7 +313,7 @@ impl Calibration for CalibrationService {
         };
         let wanted = Use {
             apply: request.apply,
-            save: replaced(request.save, true),
+            save: request.save.then_some(Replace::Anyone),
         };
         let device = request.device;
         let (room, file) = self
@@ -342,7 +343,7 @@ impl Calibration for CalibrationService {
         };
         let wanted = Use {
             apply: request.apply,
-            save: replaced(request.save, false),
+            save: request.save.then_some(Replace::SameWearer),
         };
         let station = station(request.station)?;
         let device = request.device;
