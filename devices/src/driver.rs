@@ -135,10 +135,7 @@ impl Driver {
             | Self::Delimited(_)
             | Self::OpenCyberGlove(_)
             | Self::Udcap => false,
-            Self::Fastrak(settings) => station
-                .checked_sub(1)
-                .and_then(|index| settings.stations.get(usize::from(index)))
-                .is_some_and(|used| *used),
+            Self::Fastrak(settings) => settings.has_station(station),
             Self::Isotrak(settings) => settings.has_station(station),
             Self::Liberty(settings) => settings.has_station(station),
             Self::Flock(settings) => settings.has_station(station),

@@ -70,8 +70,8 @@ impl Step {
 pub struct Answered {
     /// Steps that come before those that are left.
     pub then: Vec<Step>,
-    /// An error that the tracker reported with it; it is told once.
-    pub reported: Option<Fault>,
+    /// Errors that the tracker reported with it; each is told once.
+    pub reported: Vec<Fault>,
     /// What is wrong and stays so while records arrive.
     pub standing: Option<Fault>,
 }
@@ -96,6 +96,8 @@ pub enum Verdict {
     Record(usize, TrackerRecord),
     /// So many bytes that belong here and are no record, such as an answer to a command.
     Other(usize),
+    /// So many bytes in which the tracker reports an error; it is told until the next record.
+    Report(usize, Fault),
     /// More bytes are needed.
     More,
     /// The first byte does not begin anything.
@@ -132,6 +134,18 @@ pub trait Dialect {
     /// The steps from whatever state the tracker is in to a stream of records. `attempt` is below
     /// [`Dialect::n_start_ups`].
     fn start_up(&mut self, attempt: usize) -> Vec<Step>;
+
+    /// The last start-up before the port is opened anew, after so many openings in a row at which the tracker was silent.
+    /// One that has never `answered` may have another line rate, so its port is opened anew soon; one that did is on the
+    /// right line and more likely busy with its own reset.
+    fn last_start_up(&self, silent_openings: usize, answered: bool) -> usize {
+        let strongest = self.n_start_ups() - 1;
+        if answered {
+            strongest
+        } else {
+            strongest.min(silent_openings.saturating_add(1))
+        }
+    }
 
     /// Judges all bytes that came since a question was sent. At the `end` of the wait nothing more will come.
     fn answer(&mut self, question: &[u8], bytes: &[u8], end: bool) -> Answer;

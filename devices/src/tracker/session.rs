@@ -1,4 +1,4 @@
-//! The conversation that the Isotrak, the Liberty and the Flock of Birds have in common; what differs is a [`Dialect`].
+//! The conversation that all trackers on a serial line have in common; what differs is a [`Dialect`].
 //!
 //! ```text
 //!  Closed -> Waiting <-> Asking (the steps of a start-up, ever stronger) -> Running
@@ -183,15 +183,19 @@ impl<D: Dialect> TrackerSession<D> {
             self.steps.push_front(step);
         }
         self.standing = answered.standing.or_else(|| self.standing.take());
-        if answered.reported.is_some() {
-            self.core.stats.device_errors += 1;
-            self.core.enter(now_ns, self.core.state, answered.reported);
+        for fault in answered.reported {
+            self.report(now_ns, fault);
         }
         self.advance(now_ns);
     }
 
-    /// A stronger start-up, or the port again. A tracker that never answered may have another line rate, so its port
-    /// is opened anew soon; one that did is on the right line and more likely busy with its own reset.
+    /// An error that the tracker itself names.
+    fn report(&mut self, now_ns: u64, fault: Fault) {
+        self.core.stats.device_errors += 1;
+        self.core.enter(now_ns, self.core.state, Some(fault));
+    }
+
+    /// A stronger start-up, or the port again.
     fn no_answer(&mut self, now_ns: u64) {
         let device = self.dialect.family();
         let fault = if self.first_bytes.is_empty() {
@@ -205,12 +209,9 @@ impl<D: Dialect> TrackerSession<D> {
         };
         self.core.stats.restarts += 1;
         self.core.enter(now_ns, SessionState::Stalled, Some(fault));
-        let strongest = self.dialect.n_start_ups() - 1;
-        let last = if self.answered {
-            strongest
-        } else {
-            strongest.min(self.silent_openings.saturating_add(1))
-        };
+        let last = self
+            .dialect
+            .last_start_up(self.silent_openings, self.answered);
         if self.attempt < last {
             self.begin(now_ns, self.attempt + 1);
         } else {
@@ -258,6 +259,10 @@ impl<D: Dialect> TrackerSession<D> {
                     self.accept(stamp_ns, &record);
                 }
                 Verdict::Other(length) => self.buffer.consume(length.max(1)),
+                Verdict::Report(length, fault) => {
+                    self.buffer.consume(length.max(1));
+                    self.report(now_ns, fault);
+                }
                 Verdict::More | Verdict::Skip => return,
             }
         }
@@ -271,9 +276,9 @@ impl<D: Dialect> TrackerSession<D> {
         if self.core.state != SessionState::Running {
             // The first record may tell more than the answers did.
             self.introduce();
-            self.core
-                .enter(stamp_ns, SessionState::Running, self.standing.clone());
         }
+        self.core
+            .enter(stamp_ns, SessionState::Running, self.standing.clone());
         self.core.stats.device_errors += u64::from(!record.usable);
         let index = usize::from(record.station).wrapping_sub(1);
         let Some(sequence) = self.sequences.get_mut(index) else {

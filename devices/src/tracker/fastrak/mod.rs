@@ -5,5 +5,3 @@ pub mod protocol;
 pub mod session;
 pub mod settings;
 pub mod status;
-
-mod framer;

@@ -1,343 +1,201 @@
-//! The Fastrak's start-up, silence and recovery.
+//! The start-up, the recovery and the framing of a Fastrak.
 //!
-//! ```text
-//!  Closed -> Resetting (c, then ever stronger) -> Asking (S) -> Configuring (u O l f … S) -> Running (C)
-//!               ^                                  | silent          | refused                 | silence
-//!               +----------------------------------+-----------------+-------------------------+
-//! ```
+//! A header can occur inside float bytes, so after losing step a record is trusted only when another record begins where
+//! it ends.
 
-use crate::core::Core;
-use crate::fault::{Fault, hex};
-use crate::reading::TrackerReading;
-use crate::session::{DeviceEvent, DeviceInfo, PortRequest, Session, SessionState, SessionStats};
-use crate::tracker::fastrak::decode::{Encoding, Item, LengthUnit, RecordFormat, Sample};
-use crate::tracker::fastrak::framer::{Framer, Piece};
+use crate::fault::Fault;
+use crate::session::DeviceInfo;
+use crate::tracker::dialect::{Answer, Answered, Dialect, Step, TrackerRecord, Verdict};
+use crate::tracker::fastrak::decode::{Encoding, RecordFormat, Sample, decode_record, is_header};
 use crate::tracker::fastrak::protocol::{
-    ATTEMPTS, CONTINUOUS, FAMILY, MAX_BAD_BYTES, N_STATIONS, QUIET, RESETS, SILENCE_NS, STATUS,
-    STATUS_NS, data_usable,
+    ATTEMPTS, CONTINUOUS, CONTROL, FAMILY, HEADER_LENGTH, QUIET, RESETS, STATUS, STATUS_NS,
+    data_usable,
 };
 use crate::tracker::fastrak::settings::{FastrakSettings, commands};
-use crate::tracker::fastrak::status::{ControlRecord, StatusRecord};
-use crate::tracker::space::TrackerSpace;
+use crate::tracker::fastrak::status::{ControlRecord, Front, StatusRecord, read_front};
+use crate::tracker::session::TrackerSession;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Stage {
-    Closed,
-    /// A reset was sent; input is thrown away.
-    Resetting {
-        attempt: usize,
-    },
-    /// `S` was sent.
-    Asking {
-        attempt: usize,
-    },
-    /// The settings and another `S` were sent.
-    Configuring {
-        attempt: u32,
-    },
-    Running,
-}
+/// Times that a unit which has answered is asked whether it has taken the settings, should an answer be lost.
+const N_CHECKS: usize = 2;
 
 /// A Fastrak as a state machine. **Emulated, not yet tried on hardware.**
-#[derive(Debug)]
-pub struct FastrakSession {
-    settings: FastrakSettings,
-    core: Core,
-    framer: Framer,
-    format: RecordFormat,
-    stage: Stage,
-    deadline_ns: Option<u64>,
-    sequences: [u64; N_STATIONS],
-    bad_bytes: u64,
-    /// Openings of the port since the unit last answered.
-    silent_openings: usize,
-    first_bytes: Vec<u8>,
-}
+pub type FastrakSession = TrackerSession<FastrakDialect>;
 
 impl FastrakSession {
     /// A session for a port that is not open yet.
     #[must_use]
     pub fn new(settings: FastrakSettings) -> Self {
-        let trailer = match settings.encoding {
-            Encoding::Ascii => Item::CrLf,
-            Encoding::Binary => Item::Space,
-        };
-        let format = RecordFormat {
-            items: vec![Item::Position, Item::Quaternion, trailer],
-            encoding: settings.encoding,
-            unit: LengthUnit::Centimetres,
-        };
-        Self {
+        Self::speaking(FastrakDialect {
+            format: settings.format(),
             settings,
-            core: Core::new(),
-            framer: Framer::default(),
-            format,
-            stage: Stage::Closed,
-            deadline_ns: None,
-            sequences: [0; N_STATIONS],
-            bad_bytes: 0,
-            silent_openings: 0,
-            first_bytes: Vec::new(),
+            status: StatusRecord::default(),
+            n_sent: 0,
+        })
+    }
+}
+
+/// What a Fastrak says and understands.
+#[derive(Debug)]
+pub struct FastrakDialect {
+    settings: FastrakSettings,
+    format: RecordFormat,
+    /// The last status.
+    status: StatusRecord,
+    /// Times that this start-up has sent the settings.
+    n_sent: u32,
+}
+
+impl FastrakDialect {
+    /// The setting that the unit has not taken.
+    fn missing(&self) -> Option<&'static str> {
+        if !self.status.centimetres() {
+            Some("centimetres")
+        } else if self.status.binary() != (self.settings.encoding == Encoding::Binary) {
+            Some("binary or ASCII")
+        } else {
+            None
         }
     }
 
-    fn reset(&mut self, now_ns: u64, attempt: usize) {
-        let (bytes, wait_ns) = RESETS[attempt.min(RESETS.len() - 1)];
-        self.core.send(bytes);
-        self.framer.clear();
-        self.stage = Stage::Resetting { attempt };
-        self.deadline_ns = Some(now_ns + wait_ns);
-        self.core
-            .enter(now_ns, SessionState::Resetting, self.core.fault.clone());
-    }
-
-    fn ask(&mut self, now_ns: u64, attempt: usize) {
-        self.core.send([STATUS]);
-        self.framer.clear();
-        self.stage = Stage::Asking { attempt };
-        self.deadline_ns = Some(now_ns + STATUS_NS);
-        self.core
-            .enter(now_ns, SessionState::Querying, self.core.fault.clone());
-    }
-
-    fn configure(&mut self, now_ns: u64, attempt: u32) {
-        for command in commands(&self.settings, &self.format.items) {
-            self.core.send(command);
-        }
-        self.core.send([STATUS]);
-        self.stage = Stage::Configuring { attempt };
-        self.deadline_ns = Some(now_ns + STATUS_NS);
-    }
-
-    fn run(&mut self, now_ns: u64) {
-        self.core.send([CONTINUOUS]);
-        self.framer.clear();
-        self.bad_bytes = 0;
-        self.stage = Stage::Running;
-        self.deadline_ns = Some(now_ns + SILENCE_NS);
-    }
-
-    fn take_status(&mut self, now_ns: u64, status: &StatusRecord) {
-        self.silent_openings = 0;
-        match self.stage {
-            Stage::Asking { .. } => {
-                self.core.emit(DeviceEvent::Identified(DeviceInfo {
-                    family: FAMILY,
-                    firmware: status.firmware.clone(),
-                    identity: status.identity.clone(),
-                    n_sensors: self.settings.stations.iter().filter(|used| **used).count(),
-                    hand: None,
-                    tick_ns: None,
-                }));
-                self.configure(now_ns, 0);
-            }
-            Stage::Configuring { attempt } => {
-                let binary = self.settings.encoding == Encoding::Binary;
-                if status.binary() == binary && status.centimetres() {
-                    self.run(now_ns);
-                } else if attempt + 1 < ATTEMPTS {
-                    self.configure(now_ns, attempt + 1);
-                } else {
-                    let setting = if status.centimetres() {
-                        "binary or ASCII"
-                    } else {
-                        "centimetres"
-                    };
-                    let fault = Fault::Refused {
-                        device: FAMILY,
-                        setting: setting.to_owned(),
-                    };
-                    self.core.enter(now_ns, SessionState::Stalled, Some(fault));
-                    self.reset(now_ns, 1);
-                }
-            }
-            Stage::Closed | Stage::Resetting { .. } | Stage::Running => {}
-        }
-    }
-
-    fn take_piece(&mut self, now_ns: u64, piece: Piece) {
-        match piece {
-            Piece::Data { stamp_ns, sample } if self.stage == Stage::Running => {
-                self.accept(stamp_ns, &sample);
-            }
-            Piece::Data { .. } | Piece::Control(ControlRecord::Other) => {}
-            Piece::Control(ControlRecord::Status(status)) => self.take_status(now_ns, &status),
-            Piece::Control(ControlRecord::Refusal(code)) => {
-                self.core.stats.device_errors += 1;
-                let fault = Fault::Reported {
+    /// The first status says who it is; those that follow, whether it has taken the settings.
+    fn take_status(&mut self, status: StatusRecord, reported: Vec<Fault>) -> Answer {
+        self.status = status;
+        let mut then = Vec::new();
+        match self.missing() {
+            None if self.n_sent > 0 => {}
+            Some(setting) if self.n_sent >= ATTEMPTS => {
+                return Answer::Bad(Fault::Refused {
                     device: FAMILY,
-                    code,
-                    meaning: "command refused",
-                };
-                self.core.enter(now_ns, self.core.state, Some(fault));
+                    setting: setting.to_owned(),
+                });
             }
-            Piece::Skipped { n_bytes, lost_step } => {
-                if self.stage == Stage::Running {
-                    self.reject(now_ns, n_bytes, lost_step);
-                }
+            None | Some(_) => {
+                self.n_sent += 1;
+                then.extend(commands(&self.settings).into_iter().map(Step::Send));
+                then.extend(Step::ask_repeatedly(&[STATUS], STATUS_NS, N_CHECKS));
             }
         }
+        Answer::Good(Answered {
+            then,
+            reported,
+            standing: None,
+        })
     }
 
-    fn accept(&mut self, stamp_ns: u64, sample: &Sample) {
-        self.core.stats.records += 1;
-        self.bad_bytes = 0;
-        self.deadline_ns = Some(stamp_ns + SILENCE_NS);
-        self.core.enter(stamp_ns, SessionState::Running, None);
-        if let Some(letter) = sample.error {
-            self.core.stats.device_errors += u64::from(!data_usable(letter));
-        }
-        let usable = sample.error.is_none_or(data_usable);
-        let sequence = &mut self.sequences[usize::from(sample.station) - 1];
-        self.core.emit(DeviceEvent::Tracker(TrackerReading {
-            space: TrackerSpace::ZDown,
-            device_ticks: None,
-            stamp_ns,
-            sequence: *sequence,
-            station: sample.station.into(),
-            position: sample.position,
-            rotation: sample.rotation,
-            position_valid: usable && sample.position.is_some(),
-            rotation_valid: usable && sample.rotation.is_some(),
-            error: sample.error.map(char::from),
-            stylus_pressed: sample.stylus_pressed,
-        }));
-        *sequence += 1;
-    }
-
-    fn reject(&mut self, now_ns: u64, n_bytes: u64, lost_step: bool) {
-        self.core.stats.resyncs += u64::from(lost_step);
-        self.core.stats.dropped_records += u64::from(lost_step);
-        self.bad_bytes += n_bytes;
-        if self.bad_bytes > MAX_BAD_BYTES {
-            let fault = Fault::Garbled {
-                device: FAMILY,
-                first_bytes: hex(&self.first_bytes),
-            };
-            self.stall(now_ns, fault);
-        }
-    }
-
-    fn stall(&mut self, now_ns: u64, fault: Fault) {
-        self.core.enter(now_ns, SessionState::Stalled, Some(fault));
-        self.core.stats.restarts += 1;
-        self.first_bytes.clear();
-        self.bad_bytes = 0;
-        self.reset(now_ns, 0);
-    }
-
-    /// No status came: a stronger reset, or the port again; the more openings were silent, the stronger it gets.
-    fn no_answer(&mut self, now_ns: u64, attempt: usize) {
-        let fault = if self.first_bytes.is_empty() {
-            Fault::Silent { device: FAMILY }
-        } else {
-            Fault::NotThisDevice {
-                device: FAMILY,
-                first_bytes: hex(&self.first_bytes),
-            }
+    fn judge_data(&self, bytes: &[u8], in_step: bool) -> Verdict {
+        let Some((record, after)) = bytes.split_at_checked(self.format.length()) else {
+            return Verdict::More;
         };
-        self.core.stats.restarts += 1;
-        self.core.enter(now_ns, SessionState::Stalled, Some(fault));
-        let strongest = (1 + self.silent_openings).min(RESETS.len() - 1);
-        if attempt < strongest {
-            self.reset(now_ns, attempt + 1);
-        } else {
-            self.silent_openings = self.silent_openings.saturating_add(1);
-            self.core.request(PortRequest::Reopen);
-            self.stage = Stage::Closed;
-            self.deadline_ns = None;
+        let Ok(sample) = decode_record(record, &self.format) else {
+            return Verdict::Skip;
+        };
+        let followed = is_header(after) || after.first() == Some(&CONTROL);
+        match (in_step, followed) {
+            (false, false) => Verdict::Skip,
+            (false, true) if after.len() < HEADER_LENGTH => Verdict::More,
+            (true, _) | (false, true) => Verdict::Record(record.len(), record_from_sample(&sample)),
         }
     }
 }
 
-impl Session for FastrakSession {
-    fn port_opening(&mut self, now_ns: u64) {
-        self.core.enter(now_ns, SessionState::Opening, None);
+fn record_from_sample(sample: &Sample) -> TrackerRecord {
+    TrackerRecord {
+        station: sample.station.into(),
+        position: sample.position,
+        rotation: sample.rotation,
+        error: sample.error.map(char::from),
+        usable: sample.error.is_none_or(data_usable),
+        ticks: None,
+        pressed: sample.stylus_pressed,
+    }
+}
+
+const fn refusal(code: String) -> Fault {
+    Fault::Reported {
+        device: FAMILY,
+        code,
+        meaning: "command refused",
+    }
+}
+
+impl Dialect for FastrakDialect {
+    fn family(&self) -> &'static str {
+        FAMILY
     }
 
-    fn port_opened(&mut self, now_ns: u64) {
-        self.core.forget_port();
-        self.first_bytes.clear();
-        self.core.fault =
-            self.core.fault.take().filter(|fault| {
-                matches!(fault, Fault::Silent { .. } | Fault::NotThisDevice { .. })
-            });
-        self.reset(now_ns, 0);
+    fn n_start_ups(&self) -> usize {
+        RESETS.len()
     }
 
-    fn port_lost(&mut self, now_ns: u64, fault: Fault) {
-        self.framer.clear();
-        self.core.forget_port();
-        self.stage = Stage::Closed;
-        self.deadline_ns = None;
-        self.core.enter(now_ns, SessionState::Absent, Some(fault));
+    fn start_up(&mut self, attempt: usize) -> Vec<Step> {
+        self.n_sent = 0;
+        let (reset, wait_ns) = RESETS[attempt];
+        vec![
+            Step::Send(reset.to_vec()),
+            Step::Wait(wait_ns),
+            Step::ask(&[STATUS], STATUS_NS),
+            Step::Send(vec![CONTINUOUS]),
+        ]
     }
 
-    fn push(&mut self, stamp_ns: u64, bytes: &[u8]) {
-        self.core.stats.bytes += bytes.len() as u64;
-        let room = 64_usize.saturating_sub(self.first_bytes.len());
-        self.first_bytes
-            .extend_from_slice(&bytes[..bytes.len().min(room)]);
-        for part in bytes.chunks(512) {
-            if matches!(self.stage, Stage::Closed | Stage::Resetting { .. }) {
-                return;
-            }
-            self.framer.push(stamp_ns, part);
-            while let Some(piece) = self.framer.next(&self.format) {
-                self.take_piece(stamp_ns, piece);
-            }
+    /// All resets in a row take three quarters of a minute, so the port is opened anew in between in any case.
+    fn last_start_up(&self, silent_openings: usize, _answered: bool) -> usize {
+        let strongest = self.n_start_ups() - 1;
+        strongest.min(silent_openings.saturating_add(1))
+    }
+
+    fn answer(&mut self, _question: &[u8], bytes: &[u8], _end: bool) -> Answer {
+        let mut reported = Vec::new();
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            let n_read = match read_front(rest) {
+                Front::Whole(_, ControlRecord::Status(status)) => {
+                    return self.take_status(status, reported);
+                }
+                Front::Whole(length, ControlRecord::Refusal(code)) => {
+                    reported.push(refusal(code));
+                    length
+                }
+                // The status may begin within what seems to be another record.
+                Front::Whole(_, ControlRecord::Other) | Front::Part | Front::Other => 1,
+            };
+            rest = &rest[n_read..];
+        }
+        Answer::More
+    }
+
+    fn judge(&mut self, bytes: &[u8], in_step: bool) -> Verdict {
+        match bytes.first() {
+            None => Verdict::More,
+            Some(&CONTROL) => match read_front(bytes) {
+                Front::Whole(length, ControlRecord::Refusal(code)) => {
+                    Verdict::Report(length, refusal(code))
+                }
+                Front::Whole(length, _) => Verdict::Other(length),
+                Front::Part => Verdict::More,
+                Front::Other => Verdict::Skip,
+            },
+            Some(_) if is_header(bytes) => self.judge_data(bytes, in_step),
+            Some(_) => Verdict::Skip,
         }
     }
 
-    fn next_event(&mut self) -> Option<DeviceEvent> {
-        self.core.next_event()
-    }
-
-    fn deadline(&self) -> Option<u64> {
-        self.deadline_ns
-    }
-
-    fn handle_timeout(&mut self, now_ns: u64) {
-        if self
-            .deadline_ns
-            .is_none_or(|deadline_ns| now_ns < deadline_ns)
-        {
-            return;
-        }
-        match self.stage {
-            Stage::Closed => self.deadline_ns = None,
-            Stage::Resetting { attempt } => self.ask(now_ns, attempt),
-            Stage::Asking { attempt } => self.no_answer(now_ns, attempt),
-            Stage::Configuring { .. } => {
-                let fault = Fault::Silent { device: FAMILY };
-                self.core.enter(now_ns, SessionState::Stalled, Some(fault));
-                self.reset(now_ns, 0);
-            }
-            Stage::Running => self.stall(now_ns, Fault::Silent { device: FAMILY }),
+    fn info(&self) -> DeviceInfo {
+        DeviceInfo {
+            family: FAMILY,
+            firmware: self.status.firmware.clone(),
+            identity: self.status.identity.clone(),
+            n_sensors: self.settings.stations.iter().filter(|used| **used).count(),
+            hand: None,
+            tick_ns: None,
         }
     }
 
-    fn poll_transmit(&mut self) -> Option<Vec<u8>> {
-        self.core.next_transmit()
+    fn wants(&self, station: u16) -> bool {
+        self.settings.has_station(station)
     }
 
-    fn poll_port_request(&mut self) -> Option<PortRequest> {
-        self.core.requests.pop_front()
-    }
-
-    fn farewell(&self) -> &'static [u8] {
+    fn quiet(&self) -> &'static [u8] {
         &[QUIET]
-    }
-
-    fn state(&self) -> SessionState {
-        self.core.state
-    }
-
-    fn fault(&self) -> Option<&Fault> {
-        self.core.fault.as_ref()
-    }
-
-    fn stats(&self) -> SessionStats {
-        self.core.stats
     }
 }

@@ -1,6 +1,6 @@
 //! What the user may choose about a Fastrak, and the commands that say so.
 
-use crate::tracker::fastrak::decode::{Encoding, Item};
+use crate::tracker::fastrak::decode::{Encoding, Item, LengthUnit, RecordFormat};
 use crate::tracker::fastrak::protocol::{ASCII, BINARY, CENTIMETRES, N_STATIONS};
 
 /// What the user may choose.
@@ -32,9 +32,33 @@ impl Default for FastrakSettings {
     }
 }
 
+impl FastrakSettings {
+    /// Whether that station, numbered from 1, is used.
+    #[must_use]
+    pub fn has_station(&self, station: u16) -> bool {
+        let index = usize::from(station).wrapping_sub(1);
+        self.stations.get(index).is_some_and(|used| *used)
+    }
+
+    /// What the records look like that are asked for.
+    pub(super) fn format(&self) -> RecordFormat {
+        let trailer = match self.encoding {
+            Encoding::Ascii => Item::CrLf,
+            Encoding::Binary => Item::Space,
+        };
+        RecordFormat {
+            items: vec![Item::Position, Item::Quaternion, trailer],
+            encoding: self.encoding,
+            unit: LengthUnit::Centimetres,
+        }
+    }
+}
+
 /// The settings as commands, in the order in which they are sent.
-pub(super) fn commands(settings: &FastrakSettings, items: &[Item]) -> Vec<Vec<u8>> {
-    let numbers: String = items
+pub(super) fn commands(settings: &FastrakSettings) -> Vec<Vec<u8>> {
+    let numbers: String = settings
+        .format()
+        .items
         .iter()
         .map(|item| format!(",{}", item.number()))
         .collect();

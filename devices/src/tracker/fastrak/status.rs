@@ -1,9 +1,11 @@
 //! The records of a Fastrak that are not data: status and errors. All are ASCII, begin with `2` and end with LF.
 
-use crate::tracker::fastrak::protocol::{CONTROL, FLAG_BINARY, FLAG_CENTIMETRES, FLAG_CONTINUOUS};
+use crate::tracker::fastrak::protocol::{
+    CONTROL, FLAG_BINARY, FLAG_CENTIMETRES, FLAG_CONTINUOUS, MAX_CONTROL, N_STATIONS,
+};
 
 /// The answer to `S`.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct StatusRecord {
     /// The flag digits.
     pub flags: u16,
@@ -44,6 +46,37 @@ pub enum ControlRecord {
     Refusal(String),
     /// An answer that this driver does not ask for.
     Other,
+}
+
+/// What stands at the front of some bytes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Front {
+    /// A control record of so many bytes.
+    Whole(usize, ControlRecord),
+    /// The beginning of one.
+    Part,
+    /// Something else.
+    Other,
+}
+
+/// Looks for a control record at the front of `bytes`.
+pub(super) fn read_front(bytes: &[u8]) -> Front {
+    let station = |byte: &u8| *byte == b' ' || (b'1'..b'1' + N_STATIONS as u8).contains(byte);
+    let kind = |byte: &u8| *byte == b' ' || byte.is_ascii_alphabetic();
+    if bytes.first().is_some_and(|byte| *byte != CONTROL)
+        || !bytes.get(1).is_none_or(station)
+        || !bytes.get(2).is_none_or(kind)
+    {
+        return Front::Other;
+    }
+    let window = &bytes[..bytes.len().min(MAX_CONTROL)];
+    let text = |byte: &u8| matches!(byte, b' '..=b'~' | b'\r' | b'\n');
+    match window.iter().position(|byte| *byte == b'\n' || !text(byte)) {
+        Some(end) => parse_control(&window[..=end])
+            .map_or(Front::Other, |control| Front::Whole(end + 1, control)),
+        None if window.len() < MAX_CONTROL => Front::Part,
+        None => Front::Other,
+    }
 }
 
 /// Reads one line that begins with `2`, given with its CR LF; `None` when it is no control record.

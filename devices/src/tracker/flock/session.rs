@@ -119,7 +119,7 @@ fn reported(code: u8) -> Answer {
         meaning: error_meaning(code),
     });
     Answer::Good(Answered {
-        reported: fault,
+        reported: fault.into_iter().collect(),
         ..Answered::default()
     })
 }
