@@ -72,6 +72,22 @@ fn starts_within_a_second_in_both_encodings() {
 }
 
 #[test]
+fn a_half_given_command_does_not_hide_the_unit() {
+    for begun in [&b"G"[..], b"CG15,0", b"CO1,2", b"l", b"Cx0.2,0.2", b"f"] {
+        let mut bench = bench(FastrakSettings::default());
+        bench.emulator.push(0, begun);
+        bench.open();
+        let took_ns = bench.run_until(S, running);
+        assert!(took_ns < 300 * MS, "{begun:?}: {took_ns}");
+        bench.run_for(100 * MS);
+        let stats = bench.session.stats();
+        assert_eq!((stats.resyncs, stats.restarts), (0, 0), "{begun:?}");
+        let last = *bench.trackers().last().unwrap();
+        assert!((last.position.unwrap() - position()).amax() < 1e-6);
+    }
+}
+
+#[test]
 fn stations_share_the_rate_and_keep_apart() {
     let mut bench = bench(FastrakSettings {
         stations: [true, false, true, false],

@@ -64,20 +64,17 @@ pub const METRES_PER_PACKED_RANGE: f64 = 3.0;
 /// Records in a second, shared by the active stations.
 pub const TOTAL_RATE_HZ: u64 = 120;
 
-/// Wait after `c` while old input is thrown away, ns.
+/// Wait after [`QUIET`] while old input is thrown away, ns.
 pub const DRAIN_NS: u64 = 100_000_000;
 /// Wait for the status record, ns; it takes 57 ms at 9600 bit/s.
 pub const STATUS_NS: u64 = 500_000_000;
-/// Silence after which the unit counts as stalled, ns.
-pub const SILENCE_NS: u64 = 2_000_000_000;
 /// Times that the settings are sent before a refusal counts.
 pub const ATTEMPTS: u32 = 3;
-/// Bad places in the stream, without a good record between them, after which the unit is set up anew.
-pub const MAX_BAD_BYTES: u64 = 2_000;
 
-/// What is sent to a silent unit at each attempt, and how long to wait then, ns: ever stronger.
+/// What is sent at each attempt to start a unit, and how long to wait then, ns: ever stronger. The first carriage return
+/// ends a command that another program has begun, which would otherwise take what follows for its operands.
 pub const RESETS: [(&[u8], u64); 6] = [
-    (b"c", DRAIN_NS),
+    (b"\rc", DRAIN_NS),
     (b"c\r", 2_000_000_000),
     (b"c\r\x19", 10_000_000_000),
     (b"c\r\x19", 10_000_000_000),
