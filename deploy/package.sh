@@ -4,6 +4,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 export CARGO_TARGET_DIR=target
 made=target/package
+cargo deb --version > /dev/null
 cargo build --release --locked -p tsukamu-server -p tsukamu-client
 rm -rf "$made"
 mkdir -p "$made/completions"
@@ -13,4 +14,4 @@ for program in tsukamud tsukamu; do
   target/release/$program completions zsh > "$made/completions/_$program"
   target/release/$program completions fish > "$made/completions/$program.fish"
 done
-cargo deb --no-build --locked -p tsukamu-server "$@"
+cargo deb --no-build --strip --locked -p tsukamu-server "$@"

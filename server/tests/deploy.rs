@@ -192,3 +192,10 @@ fn the_image_runs_as_nobody_special_and_is_asked_how_it_does() {
         }
     }
 }
+
+#[test]
+fn the_example_client_is_as_short_as_promised() {
+    let example = std::fs::read_to_string(deploy().join("../examples/drive_hand.py"));
+    let n_lines = example.expect("the example").lines().count();
+    assert!(n_lines < 60, "{n_lines}");
+}
