@@ -7,6 +7,7 @@ use std::ffi::OsString;
 use std::io;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::SocketAddr;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use thiserror::Error;
@@ -39,12 +40,14 @@ pub enum NotifyFault {
 }
 
 /// The way to the service manager.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct ServiceManager {
     /// `None` where nobody wants to know.
     address: Option<SocketAddr>,
     /// After how long without `WATCHDOG=1` it ends this process; `None` where it does not watch.
     watchdog: Option<Duration>,
+    /// Whether the last message did not reach it: that is logged once.
+    is_deaf: AtomicBool,
 }
 
 impl ServiceManager {
@@ -65,6 +68,7 @@ impl ServiceManager {
         Ok(Self {
             watchdog: watchdog.map(Duration::from_micros),
             address,
+            is_deaf: AtomicBool::new(false),
         })
     }
 
@@ -121,10 +125,14 @@ impl ServiceManager {
     /// Sends one message. A manager that cannot be told is no reason to stop.
     async fn tell(&self, message: &str) {
         let Some(address) = &self.address else { return };
-        match timeout(PATIENCE, send(address, message)).await {
-            Ok(Ok(())) => {}
-            Ok(Err(fault)) => warn!(%fault, "the service manager cannot be told"),
-            Err(_) => warn!("the service manager does not listen"),
+        let late = io::Error::from(io::ErrorKind::TimedOut);
+        let sent = timeout(PATIENCE, send(address, message)).await;
+        let sent = sent.unwrap_or(Err(late));
+        let was_deaf = self.is_deaf.swap(sent.is_err(), Ordering::Relaxed);
+        if let Err(fault) = sent
+            && !was_deaf
+        {
+            warn!(%fault, "the service manager cannot be told");
         }
     }
 }
