@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use tokio::time::{MissedTickBehavior, interval};
 use tracing::{info, warn};
+use tsukamu_devices::calibration::drift::DriftWatch;
 use tsukamu_devices::reading::GloveReading;
 use tsukamu_devices::timing::source::ClockReport;
 use tsukamu_proto::v1;
@@ -28,6 +29,7 @@ pub(super) struct Supervised {
     /// Samples per second that it should have.
     expected_hz: Option<f64>,
     reach: Reach,
+    drift: DriftWatch,
     warnings: Warnings,
     clock: Option<ClockReport>,
     n_losses: u64,
@@ -64,6 +66,7 @@ impl Source {
         lane.note(reading.stamp_ns);
         if let Some(supervised) = &mut lane.supervised {
             supervised.reach.note(reading);
+            supervised.drift.add(reading);
         }
     }
 
@@ -98,6 +101,7 @@ impl Source {
                 expected_hz: supervised.expected_hz,
                 n_resyncs: lane.health.n_resyncs,
                 worst: supervised.reach.worst(now_ns),
+                zero_shift: supervised.drift.zero_shift(now_ns),
             };
             supervised.warnings.look(&observed)
         };

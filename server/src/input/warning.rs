@@ -25,6 +25,9 @@ const NOISE_NS: u64 = 10 * SECOND_NS;
 /// Share of the samples of one sensor beyond its range above which it is told, and below which it no longer is.
 const BEYOND: f64 = 0.6;
 const NOT_BEYOND: f64 = 0.3;
+/// How far from straight a joint that moves stays for a minute, degrees, for its zero to have drifted, and to be good again.
+const DRIFTED_DEG: f64 = 20.0;
+const NOT_DRIFTED_DEG: f64 = 12.0;
 
 /// What can be wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,11 +40,19 @@ pub enum Code {
     Noisy,
     /// A sensor is mostly beyond its calibrated range.
     OutOfRange,
+    /// A joint moves and never straightens.
+    Drifted,
 }
 
 impl Code {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Silent, Self::Slow, Self::Noisy, Self::OutOfRange];
+    pub const ALL: [Self; 5] = [
+        Self::Silent,
+        Self::Slow,
+        Self::Noisy,
+        Self::OutOfRange,
+        Self::Drifted,
+    ];
 
     /// The name on the wire and in metrics.
     pub const fn name(self) -> &'static str {
@@ -50,6 +61,7 @@ impl Code {
             Self::Slow => "slow",
             Self::Noisy => "noisy",
             Self::OutOfRange => "out_of_range",
+            Self::Drifted => "drifted",
         }
     }
 }
@@ -73,6 +85,8 @@ pub struct Observed<'a> {
     pub n_resyncs: u64,
     /// The sensor that is most often beyond its range, and in which share of the samples.
     pub worst: Option<(GloveSensor, f64)>,
+    /// The joint that moves and stays farthest from straight, and by how many degrees.
+    pub zero_shift: Option<(GloveSensor, f64)>,
 }
 
 /// A warning that began or ended.
@@ -88,7 +102,7 @@ pub struct Change {
 #[derive(Clone, Debug, Default)]
 pub struct Warnings {
     /// Those that stand, by code.
-    texts: [Option<String>; 4],
+    texts: [Option<String>; Code::ALL.len()],
     /// Since when the rate has been other than its warning says.
     rate_since_ns: Option<u64>,
     /// Since when the device is there.
@@ -113,6 +127,7 @@ impl Warnings {
             self.slow(seen),
             self.noisy(),
             self.out_of_range(seen),
+            self.drifted(seen),
         ];
         let mut changes = Vec::new();
         for (code, (old, new)) in Code::ALL.into_iter().zip(self.texts.iter().zip(&texts)) {
@@ -237,6 +252,22 @@ impl Warnings {
             )
         })
     }
+
+    fn drifted(&self, seen: &Observed<'_>) -> Option<String> {
+        let (sensor, shift_deg) = seen.zero_shift?;
+        let limit_deg = if self.stands(Code::Drifted) {
+            NOT_DRIFTED_DEG
+        } else {
+            DRIFTED_DEG
+        };
+        (shift_deg > limit_deg).then(|| {
+            format!(
+                "{} moves and never comes nearer to straight than {shift_deg:.0}°; has the glove slipped? \
+                 `tsukamu calibrate` takes 15 s",
+                sensor.name()
+            )
+        })
+    }
 }
 
 fn slow_text(rate_hz: f64, expected_hz: f64) -> String {
@@ -257,6 +288,7 @@ mod tests {
             expected_hz: Some(100.0),
             n_resyncs: 0,
             worst: None,
+            zero_shift: None,
         }
     }
 
@@ -347,6 +379,24 @@ mod tests {
         assert!(text.starts_with("ring_pip is beyond"), "{text}");
         assert!(warnings.look(&at(2.0, 0.4)).is_empty());
         assert_eq!(warnings.look(&at(3.0, 0.2))[0].text, None);
+    }
+
+    #[test]
+    fn a_zero_that_drifted_is_told_with_the_joint() {
+        let mut warnings = Warnings::default();
+        let at = |second, shift_deg| Observed {
+            zero_shift: Some((GloveSensor::IndexPip, shift_deg)),
+            ..seen(second)
+        };
+        assert!(warnings.look(&at(0.0, 15.0)).is_empty());
+        let began = warnings.look(&at(1.0, 26.0));
+        let text = began[0].text.as_deref().unwrap_or_default();
+        assert!(
+            text.starts_with("index_pip moves") && text.contains("26°"),
+            "{text}"
+        );
+        assert!(warnings.look(&at(2.0, 15.0)).is_empty());
+        assert_eq!(warnings.look(&at(3.0, 5.0))[0].text, None);
     }
 
     #[test]

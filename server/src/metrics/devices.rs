@@ -23,7 +23,7 @@ type Ask = fn(&v1::Device) -> Option<f64>;
 struct WarningLabel {
     source: String,
     kind: String,
-    /// `silent`, `slow`, `noisy`, `out_of_range`.
+    /// `silent`, `slow`, `noisy`, `out_of_range`, `drifted`.
     code: String,
 }
 
