@@ -10,8 +10,9 @@ const MAX_EVENTS: usize = 1024;
 /// Commands kept for a caller that does not send them; a start-up needs about 20.
 const MAX_TRANSMITS: usize = 64;
 
+/// State, counters and bounded queues of a session.
 #[derive(Debug)]
-pub(crate) struct Core {
+pub struct Core {
     pub(crate) state: SessionState,
     pub(crate) fault: Option<Fault>,
     pub(crate) stats: SessionStats,

@@ -12,6 +12,8 @@ pub mod reading;
 
 pub mod session;
 
+pub mod core;
+
 pub mod driver;
 
 pub mod fault;
@@ -49,5 +51,4 @@ pub mod timing;
 pub mod emulate;
 
 mod buffer;
-mod core;
 mod ticks;

@@ -6,6 +6,7 @@
 
 use std::net::Ipv4Addr;
 
+use crate::core::Core;
 use crate::fault::Fault;
 use crate::feedback::Feedback;
 use crate::glove::calibrate::{GloveCalibration, Handedness};
@@ -114,8 +115,16 @@ pub struct LinkAbout {
 
 /// A driver as a state machine: bytes in, events out, time as an argument.
 pub trait Session {
+    /// What every session keeps: state, counters, queues.
+    fn core(&self) -> &Core;
+
+    /// The same, to be changed.
+    fn core_mut(&mut self) -> &mut Core;
+
     /// The port is about to be opened for the first time.
-    fn port_opening(&mut self, now_ns: u64);
+    fn port_opening(&mut self, now_ns: u64) {
+        self.core_mut().enter(now_ns, SessionState::Opening, None);
+    }
 
     /// The port is open; the start-up begins.
     fn port_opened(&mut self, now_ns: u64);
@@ -135,7 +144,9 @@ pub trait Session {
     fn link_opening(&mut self, _link: LinkAbout) {}
 
     /// The next event, oldest first. Beyond a fixed number the oldest are dropped and counted.
-    fn next_event(&mut self) -> Option<DeviceEvent>;
+    fn next_event(&mut self) -> Option<DeviceEvent> {
+        self.core_mut().next_event()
+    }
 
     /// When [`Session::handle_timeout`] is due, ns; `None` while nothing is awaited.
     fn deadline(&self) -> Option<u64>;
@@ -144,10 +155,14 @@ pub trait Session {
     fn handle_timeout(&mut self, now_ns: u64);
 
     /// The next bytes to send to the device.
-    fn poll_transmit(&mut self) -> Option<Vec<u8>>;
+    fn poll_transmit(&mut self) -> Option<Vec<u8>> {
+        self.core_mut().next_transmit()
+    }
 
     /// The next request to the owner of the port.
-    fn poll_port_request(&mut self) -> Option<PortRequest>;
+    fn poll_port_request(&mut self) -> Option<PortRequest> {
+        self.core_mut().requests.pop_front()
+    }
 
     /// The bytes that make the device quiet, to be sent before an orderly close.
     fn farewell(&self) -> &'static [u8] {
@@ -161,11 +176,17 @@ pub trait Session {
     fn set_feedback(&mut self, _now_ns: u64, _feedback: Feedback) {}
 
     /// The present state.
-    fn state(&self) -> SessionState;
+    fn state(&self) -> SessionState {
+        self.core().state
+    }
 
     /// What is wrong at present, if anything is.
-    fn fault(&self) -> Option<&Fault>;
+    fn fault(&self) -> Option<&Fault> {
+        self.core().fault.as_ref()
+    }
 
     /// The counters.
-    fn stats(&self) -> SessionStats;
+    fn stats(&self) -> SessionStats {
+        self.core().stats
+    }
 }

@@ -14,7 +14,7 @@ use crate::glove::calibrate::GloveCalibration;
 use crate::glove::format::{Cut, Format, Sample};
 use crate::glove::sensor::GloveSensor;
 use crate::reading::GloveReading;
-use crate::session::{DeviceEvent, DeviceInfo, PortRequest, Session, SessionState, SessionStats};
+use crate::session::{DeviceEvent, DeviceInfo, PortRequest, Session, SessionState};
 
 /// How often a question is put that a device has to answer.
 const ATTEMPTS: u32 = 3;
@@ -292,8 +292,12 @@ impl<F: Format> Listening<F> {
 }
 
 impl<F: Format> Session for Listening<F> {
-    fn port_opening(&mut self, now_ns: u64) {
-        self.core.enter(now_ns, SessionState::Opening, None);
+    fn core(&self) -> &Core {
+        &self.core
+    }
+
+    fn core_mut(&mut self) -> &mut Core {
+        &mut self.core
     }
 
     fn port_opened(&mut self, now_ns: u64) {
@@ -335,10 +339,6 @@ impl<F: Format> Session for Listening<F> {
         }
     }
 
-    fn next_event(&mut self) -> Option<DeviceEvent> {
-        self.core.next_event()
-    }
-
     fn deadline(&self) -> Option<u64> {
         self.deadline_ns
     }
@@ -357,31 +357,11 @@ impl<F: Format> Session for Listening<F> {
         }
     }
 
-    fn poll_transmit(&mut self) -> Option<Vec<u8>> {
-        self.core.next_transmit()
-    }
-
-    fn poll_port_request(&mut self) -> Option<PortRequest> {
-        self.core.requests.pop_front()
-    }
-
     fn farewell(&self) -> &'static [u8] {
         self.format.farewell()
     }
 
     fn set_calibration(&mut self, calibration: GloveCalibration) {
         self.wear(calibration);
-    }
-
-    fn state(&self) -> SessionState {
-        self.core.state
-    }
-
-    fn fault(&self) -> Option<&Fault> {
-        self.core.fault.as_ref()
-    }
-
-    fn stats(&self) -> SessionStats {
-        self.core.stats
     }
 }

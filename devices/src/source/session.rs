@@ -9,7 +9,7 @@ use crate::fault::{Fault, hex};
 use crate::glove::calibrate::{GloveCalibration, Handedness, SensorCalibration};
 use crate::glove::sensor::GloveSensor;
 use crate::reading::{GloveReading, TrackerReading};
-use crate::session::{DeviceEvent, DeviceInfo, PortRequest, Session, SessionState, SessionStats};
+use crate::session::{DeviceEvent, DeviceInfo, Session, SessionState};
 use crate::source::rokoko::decode::Rokoko;
 use crate::source::rokoko::settings::RokokoSettings;
 use crate::source::udcap::Udcap;
@@ -185,8 +185,12 @@ impl SourceSession {
 }
 
 impl Session for SourceSession {
-    fn port_opening(&mut self, now_ns: u64) {
-        self.core.enter(now_ns, SessionState::Opening, None);
+    fn core(&self) -> &Core {
+        &self.core
+    }
+
+    fn core_mut(&mut self) -> &mut Core {
+        &mut self.core
     }
 
     fn port_opened(&mut self, now_ns: u64) {
@@ -226,10 +230,6 @@ impl Session for SourceSession {
         }
     }
 
-    fn next_event(&mut self) -> Option<DeviceEvent> {
-        self.core.next_event()
-    }
-
     fn deadline(&self) -> Option<u64> {
         self.deadline_ns
     }
@@ -249,27 +249,7 @@ impl Session for SourceSession {
         self.deadline_ns = Some(now_ns + SILENCE_NS);
     }
 
-    fn poll_transmit(&mut self) -> Option<Vec<u8>> {
-        self.core.next_transmit()
-    }
-
-    fn poll_port_request(&mut self) -> Option<PortRequest> {
-        self.core.requests.pop_front()
-    }
-
     fn set_calibration(&mut self, calibration: GloveCalibration) {
         self.calibration = calibration.filled(|sensor| self.decoder.default_of(sensor));
-    }
-
-    fn state(&self) -> SessionState {
-        self.core.state
-    }
-
-    fn fault(&self) -> Option<&Fault> {
-        self.core.fault.as_ref()
-    }
-
-    fn stats(&self) -> SessionStats {
-        self.core.stats
     }
 }

@@ -12,7 +12,7 @@ use crate::buffer::StampedBuffer;
 use crate::core::Core;
 use crate::fault::{Fault, hex};
 use crate::reading::TrackerReading;
-use crate::session::{DeviceEvent, DeviceInfo, PortRequest, Session, SessionState, SessionStats};
+use crate::session::{DeviceEvent, DeviceInfo, PortRequest, Session, SessionState};
 use crate::ticks::Unwrapped;
 use crate::tracker::dialect::{Answer, Answered, Dialect, QUIET_NS, Step, TrackerRecord, Verdict};
 use crate::tracker::space::TrackerSpace;
@@ -319,8 +319,12 @@ impl<D: Dialect> TrackerSession<D> {
 }
 
 impl<D: Dialect> Session for TrackerSession<D> {
-    fn port_opening(&mut self, now_ns: u64) {
-        self.core.enter(now_ns, SessionState::Opening, None);
+    fn core(&self) -> &Core {
+        &self.core
+    }
+
+    fn core_mut(&mut self) -> &mut Core {
+        &mut self.core
     }
 
     fn port_opened(&mut self, now_ns: u64) {
@@ -360,10 +364,6 @@ impl<D: Dialect> Session for TrackerSession<D> {
         }
     }
 
-    fn next_event(&mut self) -> Option<DeviceEvent> {
-        self.core.next_event()
-    }
-
     fn deadline(&self) -> Option<u64> {
         self.deadline_ns
     }
@@ -386,27 +386,7 @@ impl<D: Dialect> Session for TrackerSession<D> {
         }
     }
 
-    fn poll_transmit(&mut self) -> Option<Vec<u8>> {
-        self.core.next_transmit()
-    }
-
-    fn poll_port_request(&mut self) -> Option<PortRequest> {
-        self.core.requests.pop_front()
-    }
-
     fn farewell(&self) -> &'static [u8] {
         self.dialect.quiet()
-    }
-
-    fn state(&self) -> SessionState {
-        self.core.state
-    }
-
-    fn fault(&self) -> Option<&Fault> {
-        self.core.fault.as_ref()
-    }
-
-    fn stats(&self) -> SessionStats {
-        self.core.stats
     }
 }

@@ -19,9 +19,7 @@ use super::settings::VrpnSettings;
 use crate::core::Core;
 use crate::fault::{Fault, hex};
 use crate::glove::calibrate::GloveCalibration;
-use crate::session::{
-    DeviceEvent, DeviceInfo, LinkAbout, PortRequest, Session, SessionState, SessionStats,
-};
+use crate::session::{DeviceEvent, DeviceInfo, LinkAbout, PortRequest, Session, SessionState};
 
 const MS: u64 = 1_000_000;
 /// How long the server may take to send its cookie.
@@ -297,8 +295,12 @@ impl VrpnSession {
 }
 
 impl Session for VrpnSession {
-    fn port_opening(&mut self, now_ns: u64) {
-        self.core.enter(now_ns, SessionState::Opening, None);
+    fn core(&self) -> &Core {
+        &self.core
+    }
+
+    fn core_mut(&mut self) -> &mut Core {
+        &mut self.core
     }
 
     fn port_opened(&mut self, now_ns: u64) {
@@ -358,10 +360,6 @@ impl Session for VrpnSession {
         self.link = link;
     }
 
-    fn next_event(&mut self) -> Option<DeviceEvent> {
-        self.core.next_event()
-    }
-
     fn deadline(&self) -> Option<u64> {
         match self.stage {
             Stage::Closed => None,
@@ -384,27 +382,7 @@ impl Session for VrpnSession {
         self.give_up(now_ns, fault);
     }
 
-    fn poll_transmit(&mut self) -> Option<Vec<u8>> {
-        self.core.next_transmit()
-    }
-
-    fn poll_port_request(&mut self) -> Option<PortRequest> {
-        self.core.requests.pop_front()
-    }
-
     fn set_calibration(&mut self, calibration: GloveCalibration) {
         self.calibration = calibration;
-    }
-
-    fn state(&self) -> SessionState {
-        self.core.state
-    }
-
-    fn fault(&self) -> Option<&Fault> {
-        self.core.fault.as_ref()
-    }
-
-    fn stats(&self) -> SessionStats {
-        self.core.stats
     }
 }

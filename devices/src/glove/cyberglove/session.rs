@@ -24,7 +24,7 @@ use crate::glove::cyberglove::script::{Answers, SCRIPT, Step, command, take_answ
 use crate::glove::cyberglove::settings::CyberGloveSettings;
 use crate::glove::sensor::SensorMask;
 use crate::reading::GloveReading;
-use crate::session::{DeviceEvent, DeviceInfo, PortRequest, Session, SessionState, SessionStats};
+use crate::session::{DeviceEvent, DeviceInfo, PortRequest, Session, SessionState};
 use crate::ticks::Unwrapped;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -262,8 +262,12 @@ impl CyberGloveSession {
 }
 
 impl Session for CyberGloveSession {
-    fn port_opening(&mut self, now_ns: u64) {
-        self.core.enter(now_ns, SessionState::Opening, None);
+    fn core(&self) -> &Core {
+        &self.core
+    }
+
+    fn core_mut(&mut self) -> &mut Core {
+        &mut self.core
     }
 
     fn port_opened(&mut self, now_ns: u64) {
@@ -312,10 +316,6 @@ impl Session for CyberGloveSession {
         }
     }
 
-    fn next_event(&mut self) -> Option<DeviceEvent> {
-        self.core.next_event()
-    }
-
     fn deadline(&self) -> Option<u64> {
         self.deadline_ns
     }
@@ -338,14 +338,6 @@ impl Session for CyberGloveSession {
         }
     }
 
-    fn poll_transmit(&mut self) -> Option<Vec<u8>> {
-        self.core.next_transmit()
-    }
-
-    fn poll_port_request(&mut self) -> Option<PortRequest> {
-        self.core.requests.pop_front()
-    }
-
     fn farewell(&self) -> &'static [u8] {
         if self.answers.vibrates {
             &[TOUCH, TOUCH_ALL, 0, 0, 0, 0, 0, 0, STOP]
@@ -361,17 +353,5 @@ impl Session for CyberGloveSession {
     fn set_feedback(&mut self, now_ns: u64, feedback: Feedback) {
         self.giving.ask(now_ns, feedback);
         self.give(now_ns);
-    }
-
-    fn state(&self) -> SessionState {
-        self.core.state
-    }
-
-    fn fault(&self) -> Option<&Fault> {
-        self.core.fault.as_ref()
-    }
-
-    fn stats(&self) -> SessionStats {
-        self.core.stats
     }
 }

@@ -22,7 +22,7 @@ use crate::glove::lucidglove::protocol::{
 };
 use crate::glove::lucidglove::range::Range;
 use crate::glove::lucidglove::settings::LucidGloveSettings;
-use crate::session::{DeviceEvent, DeviceInfo, PortRequest, Session, SessionState, SessionStats};
+use crate::session::{DeviceEvent, DeviceInfo, PortRequest, Session, SessionState};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Stage {
@@ -205,8 +205,12 @@ pub(super) fn filled(worn: &GloveCalibration, max: u16) -> GloveCalibration {
 }
 
 impl Session for LucidGloveSession {
-    fn port_opening(&mut self, now_ns: u64) {
-        self.core.enter(now_ns, SessionState::Opening, None);
+    fn core(&self) -> &Core {
+        &self.core
+    }
+
+    fn core_mut(&mut self) -> &mut Core {
+        &mut self.core
     }
 
     fn port_opened(&mut self, now_ns: u64) {
@@ -263,10 +267,6 @@ impl Session for LucidGloveSession {
         self.answer(stamp_ns, n_lines);
     }
 
-    fn next_event(&mut self) -> Option<DeviceEvent> {
-        self.core.next_event()
-    }
-
     fn deadline(&self) -> Option<u64> {
         self.patience_ns()
             .map(|patience_ns| patience_ns.min(self.flow.deadline_ns()))
@@ -287,14 +287,6 @@ impl Session for LucidGloveSession {
         }
     }
 
-    fn poll_transmit(&mut self) -> Option<Vec<u8>> {
-        self.core.next_transmit()
-    }
-
-    fn poll_port_request(&mut self) -> Option<PortRequest> {
-        self.core.requests.pop_front()
-    }
-
     fn farewell(&self) -> &'static [u8] {
         if self.settings.feedback && self.shape.is_some() {
             free_line(self.posture.encoding())
@@ -310,17 +302,5 @@ impl Session for LucidGloveSession {
 
     fn set_feedback(&mut self, now_ns: u64, feedback: Feedback) {
         self.giving.ask(now_ns, feedback);
-    }
-
-    fn state(&self) -> SessionState {
-        self.core.state
-    }
-
-    fn fault(&self) -> Option<&Fault> {
-        self.core.fault.as_ref()
-    }
-
-    fn stats(&self) -> SessionStats {
-        self.core.stats
     }
 }
