@@ -13,9 +13,9 @@ pub struct WireMessage(Bytes);
 impl WireMessage {
     /// Encodes a message.
     pub fn new(message: &impl Message) -> Self {
-        let mut buffer = BytesMut::new();
-        Self::build(&mut buffer, message.encoded_len(), |buffer| {
-            message.encode(buffer).expect("the buffer grows");
+        let encoded = message.encode_to_vec();
+        Self::build(&mut BytesMut::new(), encoded.len(), |buffer| {
+            buffer.put_slice(&encoded);
         })
     }
 
