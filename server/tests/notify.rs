@@ -177,8 +177,8 @@ async fn daemon_here(mode: Mode) -> Daemon {
 /// whoever holds it holds the tick.
 fn held_and_let_go(manager: &Manager, inbox: &Arc<Inbox>) -> (Vec<String>, String) {
     manager.wait_for("WATCHDOG=1");
-    let (held, is_held) = mpsc::channel();
-    let (let_go, is_let_go) = mpsc::channel::<()>();
+    let (held, is_held) = mpsc::sync_channel(1);
+    let (let_go, is_let_go) = mpsc::sync_channel::<()>(1);
     let inbox = Arc::clone(inbox);
     let holder = std::thread::spawn(move || {
         inbox.post(|_batch| {
