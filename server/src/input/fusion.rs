@@ -13,7 +13,7 @@
 //! no common time.
 //!
 //! A stream that pauses stands; with both of them late the hand gives no sample, so that the world holds it where it is; and
-//! likewise when one of them has been silent for [`SILENCE_MAX_NS`].
+//! likewise when one of them has been silent for `SILENCE_MAX_NS`.
 
 use nalgebra::Isometry3;
 use tsukamu_world::hand::sample::{FingerPose, HandSample, JointAngles, N_ANGLES};

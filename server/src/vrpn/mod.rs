@@ -6,7 +6,7 @@
 //!
 //! The tick does not know of it: the feeder asks the publisher for the scene as any `GetScene` does, and only while
 //! there is a client. What all clients share is encoded once. A client that does not take its bytes gets the newest
-//! picture when it does, and is dropped after [`client::STALLED_MAX`].
+//! picture when it does, and is dropped after 5 s.
 //!
 //! # What is shown
 //!

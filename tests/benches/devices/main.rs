@@ -8,7 +8,7 @@
 
 #![allow(clippy::print_stdout, reason = "a benchmark prints its table")]
 
-#[path = "../process.rs"]
+#[path = "../shared/process.rs"]
 mod process;
 
 use std::fmt::Write;

@@ -11,7 +11,7 @@
 
 mod count;
 mod grpc;
-#[path = "../process.rs"]
+#[path = "../shared/process.rs"]
 mod process;
 mod raw;
 
