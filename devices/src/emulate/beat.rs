@@ -19,6 +19,11 @@ impl Beat {
         }
     }
 
+    /// Another rate from the next record on.
+    pub(crate) const fn set_rate(&mut self, rate_hz: u64) {
+        self.period_ns = 1_000_000_000 / rate_hz;
+    }
+
     /// It sends from now on.
     pub(crate) const fn start(&mut self, now_ns: u64) {
         self.next_ns = Some(now_ns);

@@ -1,11 +1,12 @@
 //! A CyberGlove behind its interface box. **No real glove has been compared with it.**
 
-use crate::emulate::Emulator;
+use crate::emulate::deaf::Deafness;
 use crate::emulate::glove_command::{Command, MAX_COMMAND, next_command};
 use crate::emulate::glove_record::{
     RecordParts, ascii_record, binary_record, condition, status_byte,
 };
 use crate::emulate::line_fault::LineFaults;
+use crate::emulate::{Emulator, soonest_ns};
 use crate::glove::calibrate::Handedness;
 use crate::glove::cyberglove::protocol::{
     ERROR, ERROR_NUMBER, ERROR_UNKNOWN, PARAMETER_TOUCH, QUERY, READY_INITIALISED,
@@ -77,14 +78,14 @@ pub struct CyberGloveEmulator {
     output: Vec<u8>,
     /// Next sample of the stream, ns, and whether it is ASCII.
     stream: Option<(u64, bool)>,
-    /// End of a restart, ns; the firmware is deaf until then.
-    restart_ends_ns: Option<u64>,
+    /// While the firmware restarts.
+    deaf: Deafness,
 }
 
 impl CyberGloveEmulator {
     /// A glove that is plugged in, with every sensor in its middle.
     #[must_use]
-    pub const fn new(sensors: SensorCount, hand: Handedness) -> Self {
+    pub fn new(sensors: SensorCount, hand: Handedness) -> Self {
         let hardware = match sensors {
             SensorCount::Eighteen => SensorMask::EIGHTEEN,
             SensorCount::TwentyTwo => SensorMask::TWENTY_TWO,
@@ -102,7 +103,7 @@ impl CyberGloveEmulator {
             input: Vec::new(),
             output: Vec::new(),
             stream: None,
-            restart_ends_ns: None,
+            deaf: Deafness::default(),
         }
     }
 
@@ -213,7 +214,7 @@ impl CyberGloveEmulator {
             Command::Restart => {
                 self.stream = None;
                 self.input.clear();
-                self.restart_ends_ns = Some(now_ns + self.restart_takes_ns);
+                self.deaf.begin(now_ns + self.restart_takes_ns);
             }
             Command::Reinitialise => self.say(vec![REINITIALISE, b'\r', b'\n', TERMINATOR]),
             Command::Sample { ascii } => self.sample(now_ns, b'G', ascii),
@@ -319,8 +320,7 @@ impl CyberGloveEmulator {
     }
 
     fn finish_restart(&mut self, now_ns: u64) {
-        if self.restart_ends_ns.is_some_and(|end_ns| end_ns <= now_ns) {
-            self.restart_ends_ns = None;
+        if self.deaf.ends(now_ns) {
             self.registers = Registers::at_power_on(self.hardware);
             self.say(vec![RESTART, b'\r', b'\n', TERMINATOR]);
         }
@@ -334,7 +334,7 @@ impl Emulator for CyberGloveEmulator {
             return;
         }
         for byte in bytes {
-            if self.restart_ends_ns.is_some() {
+            if self.deaf.is_on() {
                 return;
             }
             self.input.push(*byte);
@@ -366,10 +366,6 @@ impl Emulator for CyberGloveEmulator {
 
     fn deadline(&self) -> Option<u64> {
         let stream_ns = self.stream.map(|(next_ns, _)| next_ns);
-        let due_now = (!self.output.is_empty()).then_some(0);
-        [stream_ns, self.restart_ends_ns, due_now]
-            .into_iter()
-            .flatten()
-            .min()
+        soonest_ns(&self.output, [stream_ns, self.deaf.end_ns()])
     }
 }

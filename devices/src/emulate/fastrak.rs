@@ -1,30 +1,29 @@
 //! A Fastrak with up to four receivers. **No real unit has been compared with it.**
 
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
+use nalgebra::{Point3, UnitQuaternion};
 
-use crate::emulate::Emulator;
-use crate::emulate::fastrak_record::{data_record, refusal, status_record};
+use crate::emulate::beat::Beat;
+use crate::emulate::deaf::Deafness;
+use crate::emulate::fastrak_record::{data_record, refusal, status_flags, status_record};
 use crate::emulate::line_fault::LineFaults;
+use crate::emulate::polhemus_command::{Command, CommandReader};
+use crate::emulate::receiver::{Receiver, numbered};
+use crate::emulate::{Emulator, soonest_ns};
 use crate::tracker::fastrak::decode::{Encoding, Item, LengthUnit};
 use crate::tracker::fastrak::protocol::{
     ASCII, BINARY, CENTIMETRES, CONTINUOUS, DEFAULTS, FLAG_BINARY, FLAG_CENTIMETRES,
-    FLAG_CONTINUOUS, FLAGS_ALWAYS, INCHES, N_STATIONS, POLL, QUIET, REINITIALISE, RESUME, SAVE,
-    STATUS, SUSPEND, TOTAL_RATE_HZ,
+    FLAG_CONTINUOUS, INCHES, N_STATIONS, POLL, QUIET, REINITIALISE, RESUME, SAVE, STATUS, SUSPEND,
+    TOTAL_RATE_HZ,
 };
 
 /// How long the unit is deaf after `^Y`, ns.
 const REINITIALISE_TAKES_NS: u64 = 10_000_000_000;
-/// Longest command with operands.
-const MAX_COMMAND: usize = 128;
 /// Longest record that the unit takes on.
 const MAX_RECORD: usize = 254;
-/// Rounds of records sent at once by a unit that was not asked for long; older ones are lost.
-const MAX_BACKLOG: u64 = 4;
 
 #[derive(Debug, Clone)]
 struct Station {
-    pose: Isometry3<f64>,
-    connected: bool,
+    receiver: Receiver,
     on: bool,
     list: Vec<Item>,
 }
@@ -32,8 +31,7 @@ struct Station {
 impl Station {
     fn at_power_on() -> Self {
         Self {
-            pose: Isometry3::translation(0.3, 0.0, 0.0),
-            connected: true,
+            receiver: Receiver::in_front(true),
             on: true,
             list: vec![Item::Position, Item::Euler, Item::CrLf],
         }
@@ -51,10 +49,9 @@ pub struct FastrakEmulator {
     encoding: Encoding,
     unit: LengthUnit,
     suspended: bool,
-    /// When the next round of records is due, while output is continuous, ns.
-    next_round_ns: Option<u64>,
-    deaf_until_ns: Option<u64>,
-    command: Vec<u8>,
+    beat: Beat,
+    deaf: Deafness,
+    commands: CommandReader,
     output: Vec<u8>,
 }
 
@@ -69,9 +66,9 @@ impl FastrakEmulator {
             encoding: Encoding::Ascii,
             unit: LengthUnit::Inches,
             suspended: false,
-            next_round_ns: None,
-            deaf_until_ns: None,
-            command: Vec::new(),
+            beat: Beat::new(TOTAL_RATE_HZ / N_STATIONS as u64),
+            deaf: Deafness::default(),
+            commands: CommandReader::default(),
             output: Vec::new(),
         }
     }
@@ -80,21 +77,19 @@ impl FastrakEmulator {
     /// sensor coordinates to transmitter space. Another station number changes nothing.
     pub fn set_pose(&mut self, station: u8, position: Point3<f64>, rotation: UnitQuaternion<f64>) {
         if let Some(station) = self.station(station) {
-            station.pose = Isometry3::from_parts(Translation3::from(position.coords), rotation);
+            station.receiver.place(position, rotation);
         }
     }
 
     /// Plugs the receiver of a station (1 to 4) in, or pulls it out: its records then carry `k`.
     pub fn set_connected(&mut self, station: u8, connected: bool) {
         if let Some(station) = self.station(station) {
-            station.connected = connected;
+            station.receiver.connected = connected;
         }
     }
 
     fn station(&mut self, number: u8) -> Option<&mut Station> {
-        usize::from(number)
-            .checked_sub(1)
-            .and_then(|index| self.stations.get_mut(index))
+        numbered(&mut self.stations, number)
     }
 
     fn say(&mut self, bytes: Vec<u8>) {
@@ -103,40 +98,41 @@ impl FastrakEmulator {
     }
 
     fn flags(&self) -> u16 {
-        let set = [
+        status_flags([
             (FLAG_BINARY, self.encoding == Encoding::Binary),
             (FLAG_CENTIMETRES, self.unit == LengthUnit::Centimetres),
-            (FLAG_CONTINUOUS, self.next_round_ns.is_some()),
-        ];
-        set.iter()
-            .filter(|(_, on)| *on)
-            .fold(FLAGS_ALWAYS, |flags, (flag, _)| flags | flag)
+            (FLAG_CONTINUOUS, self.beat.next_ns().is_some()),
+        ])
     }
 
-    /// Time between rounds: the rate is shared by the stations that are on.
-    fn period_ns(&self) -> u64 {
+    /// The rate is shared by the stations that are on.
+    fn share_rate(&mut self) {
         let n_on = self.stations.iter().filter(|station| station.on).count();
-        1_000_000_000 * n_on.max(1) as u64 / TOTAL_RATE_HZ
+        self.beat.set_rate(TOTAL_RATE_HZ / n_on.max(1) as u64);
     }
 
     fn send_round(&mut self) {
         for number in 1..=N_STATIONS as u8 {
             let station = &self.stations[usize::from(number) - 1];
             if station.on {
-                let error = if station.connected { None } else { Some(b'k') };
+                let error = if station.receiver.connected {
+                    None
+                } else {
+                    Some(b'k')
+                };
                 let form = (self.encoding, self.unit);
-                let record = data_record(number, error, &station.pose, &station.list, form);
+                let pose = &station.receiver.pose;
+                let record = data_record(number, error, pose, &station.list, form);
                 self.say(record);
             }
         }
     }
 
-    /// Obeys a command of one letter; false when the letter begins a longer one.
-    fn obey_letter(&mut self, now_ns: u64, letter: u8) -> bool {
+    fn obey_letter(&mut self, now_ns: u64, letter: u8) {
         match letter {
             POLL => self.send_round(),
-            CONTINUOUS => self.next_round_ns = Some(now_ns + self.period_ns()),
-            QUIET => self.next_round_ns = None,
+            CONTINUOUS => self.beat.start(now_ns),
+            QUIET => self.beat.stop(),
             ASCII => self.encoding = Encoding::Ascii,
             BINARY => self.encoding = Encoding::Binary,
             INCHES => self.unit = LengthUnit::Inches,
@@ -152,35 +148,34 @@ impl FastrakEmulator {
             REINITIALISE => {
                 self.restore_defaults();
                 self.output.clear();
-                self.deaf_until_ns = Some(now_ns + self.reinitialise_takes_ns);
+                self.deaf.begin(now_ns + self.reinitialise_takes_ns);
             }
             // Saving, test results and recovery toggles change nothing that can be seen here; CR and LF end nothing.
             SAVE | b'T' | b'Y' | b't' | b'\r' | b'\n' => {}
-            b'O' | b'l' | b'H' | b'x' | b'v' | b'A' | b'R' | b'B' | b'b' | b'G' | b'N' | b'o'
-            | b'I' | b'Q' | b'V' | b'X' | b'r' | b'e' | b'E' => return false,
             // Unknown bytes are ignored.
             _ => {}
         }
-        true
     }
 
     fn restore_defaults(&mut self) {
         self.encoding = Encoding::Ascii;
         self.unit = LengthUnit::Inches;
         self.suspended = false;
-        self.next_round_ns = None;
+        self.beat.stop();
         for station in &mut self.stations {
-            let kept = station.clone();
             *station = Station {
-                pose: kept.pose,
-                connected: kept.connected,
+                receiver: station.receiver.clone(),
                 ..Station::at_power_on()
             };
         }
+        self.share_rate();
     }
 
-    /// Obeys a command with operands, given without its CR.
-    fn obey_line(&mut self, line: &str) {
+    /// Obeys a command with operands, given without its CR; what is no text is ignored.
+    fn obey_line(&mut self, line: &[u8]) {
+        let Ok(line) = std::str::from_utf8(line) else {
+            return;
+        };
         let numbers: Option<Vec<f64>> = line[1..]
             .split(',')
             .map(|word| word.trim().parse().ok())
@@ -233,14 +228,14 @@ impl FastrakEmulator {
         if let Some(station) = station {
             station.on = on > 0.5;
         }
+        self.share_rate();
         found
     }
+}
 
-    fn wake(&mut self, now_ns: u64) {
-        if self.deaf_until_ns.is_some_and(|end_ns| end_ns <= now_ns) {
-            self.deaf_until_ns = None;
-        }
-    }
+/// Whether a command with operands begins so.
+fn begins_line(letter: u8) -> bool {
+    b"OlHxvARBbGNoIQVXreE".contains(&letter)
 }
 
 impl Default for FastrakEmulator {
@@ -251,52 +246,31 @@ impl Default for FastrakEmulator {
 
 impl Emulator for FastrakEmulator {
     fn push(&mut self, now_ns: u64, bytes: &[u8]) {
-        self.wake(now_ns);
+        self.deaf.ends(now_ns);
         for byte in bytes {
-            if self.faults.is_frozen() || self.deaf_until_ns.is_some() {
+            if self.faults.is_frozen() || self.deaf.is_on() {
                 return;
             }
-            if self.command.is_empty() {
-                if !self.obey_letter(now_ns, *byte) {
-                    self.command.push(*byte);
-                }
-            } else if matches!(byte, b'\r' | b'\n') {
-                let command = std::mem::take(&mut self.command);
-                if let Ok(line) = std::str::from_utf8(&command) {
-                    self.obey_line(line);
-                }
-            } else {
-                self.command.push(*byte);
-                if self.command.len() > MAX_COMMAND {
-                    self.command.clear();
-                    self.say(refusal("", -5));
-                }
+            match self.commands.take(*byte, begins_line) {
+                Some(Command::Letter(letter)) => self.obey_letter(now_ns, letter),
+                Some(Command::Line(line)) => self.obey_line(&line),
+                Some(Command::Overflow) => self.say(refusal("", -5)),
+                None => {}
             }
         }
     }
 
     fn poll(&mut self, now_ns: u64) -> Vec<u8> {
-        self.wake(now_ns);
-        let period_ns = self.period_ns();
-        if let Some(next_ns) = self.next_round_ns {
-            let oldest_ns = now_ns.saturating_sub(MAX_BACKLOG * period_ns);
-            let mut next_ns = next_ns.max(oldest_ns);
-            while next_ns <= now_ns {
-                if !self.suspended {
-                    self.send_round();
-                }
-                next_ns += period_ns;
+        self.deaf.ends(now_ns);
+        while self.beat.due(now_ns).is_some() {
+            if !self.suspended {
+                self.send_round();
             }
-            self.next_round_ns = Some(next_ns);
         }
         std::mem::take(&mut self.output)
     }
 
     fn deadline(&self) -> Option<u64> {
-        let due_now = (!self.output.is_empty()).then_some(0);
-        [self.next_round_ns, self.deaf_until_ns, due_now]
-            .into_iter()
-            .flatten()
-            .min()
+        soonest_ns(&self.output, [self.beat.next_ns(), self.deaf.end_ns()])
     }
 }

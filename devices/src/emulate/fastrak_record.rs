@@ -3,7 +3,7 @@
 use nalgebra::Isometry3;
 
 use crate::tracker::fastrak::decode::{Encoding, Item, LengthUnit};
-use crate::tracker::fastrak::protocol::{DATA, GOOD, METRES_PER_PACKED_RANGE};
+use crate::tracker::fastrak::protocol::{DATA, FLAGS_ALWAYS, GOOD, METRES_PER_PACKED_RANGE};
 use crate::tracker::packed::{PHASE, pair_from_number};
 
 /// One station's record. `pose` is the sensor in transmitter space, m.
@@ -73,6 +73,14 @@ fn put_packed(bytes: &mut Vec<u8>, fractions: &[f64], header: usize) {
         let phase = if bytes.len() == header { PHASE } else { 0 };
         bytes.extend([low | phase, high]);
     }
+}
+
+/// The flags of a status: those that are always set, and of these the ones that are on.
+pub(crate) fn status_flags(flags: [(u16, bool); 3]) -> u16 {
+    flags
+        .iter()
+        .filter(|(_, on)| *on)
+        .fold(FLAGS_ALWAYS, |set, (flag, _)| set | flag)
 }
 
 /// The answer to `S`, 55 bytes.

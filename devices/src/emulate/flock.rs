@@ -1,13 +1,14 @@
 //! A Flock of Birds: one bird alone, or up to 14 on a bus. **No real unit has been compared with it.** Records with a
 //! matrix are not sent, the hemisphere changes nothing, and there is no line RTS.
 
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
+use nalgebra::{Point3, UnitQuaternion};
 
-use crate::emulate::Emulator;
 use crate::emulate::beat::Beat;
 use crate::emulate::deaf::Deafness;
 use crate::emulate::flock_record::{FlockForm, answer_to_examine, bird_record};
 use crate::emulate::line_fault::LineFaults;
+use crate::emulate::receiver::{Receiver, numbered};
+use crate::emulate::{Emulator, soonest_ns};
 use crate::tracker::flock::protocol::{
     AUTO_CONFIGURE, BUTTON_MODE, CHANGE, ERROR, EVERY_MEASUREMENT, EXAMINE, GROUP_MODE, HEMISPHERE,
     N_ADDRESSES, POINT, RUN, SLEEP, STREAM, TO_BIRD, UNIT_FLIES, UNIT_HAS_SENSOR, UNIT_RUNS,
@@ -28,8 +29,7 @@ const NO_BIRD: u8 = 13;
 /// One bird with what is asked of it.
 #[derive(Debug, Clone)]
 pub(crate) struct Bird {
-    pub(crate) pose: Isometry3<f64>,
-    connected: bool,
+    pub(crate) sensor: Receiver,
     pub(crate) form: FlockForm,
     /// The byte of buttons, while it is asked for.
     pub(crate) sends_buttons: bool,
@@ -37,10 +37,9 @@ pub(crate) struct Bird {
 }
 
 impl Bird {
-    fn at_power_on(pose: Isometry3<f64>, connected: bool) -> Self {
+    fn at_power_on() -> Self {
         Self {
-            pose,
-            connected,
+            sensor: Receiver::in_front(true),
             form: FlockForm::PositionAngles,
             sends_buttons: false,
             buttons: 0,
@@ -79,25 +78,20 @@ impl FlockEmulator {
     /// One bird with switches set to address 0, 0.3 m in front of the transmitter.
     #[must_use]
     pub fn alone() -> Self {
-        Self::with(vec![true], false)
+        Self::with(1, false)
     }
 
     /// Birds at the addresses from 1 on, up to 14, of which none flies until the bus is configured.
     #[must_use]
     pub fn group(n_birds: u8) -> Self {
-        let n_birds = usize::from(n_birds).clamp(1, N_ADDRESSES);
-        Self::with(vec![true; n_birds], true)
+        Self::with(usize::from(n_birds).clamp(1, N_ADDRESSES), true)
     }
 
-    fn with(connected: Vec<bool>, on_bus: bool) -> Self {
-        let here = Isometry3::translation(0.3, 0.0, 0.0);
+    fn with(n_birds: usize, on_bus: bool) -> Self {
         Self {
             faults: LineFaults::none(),
             scale: Scale::Inches36,
-            birds: connected
-                .into_iter()
-                .map(|connected| Bird::at_power_on(here, connected))
-                .collect(),
+            birds: vec![Bird::at_power_on(); n_birds],
             on_bus,
             n_configured: 0,
             is_group: false,
@@ -117,14 +111,14 @@ impl FlockEmulator {
     /// coordinates to transmitter space. Another number changes nothing.
     pub fn set_pose(&mut self, bird: u8, position: Point3<f64>, rotation: UnitQuaternion<f64>) {
         if let Some(bird) = self.bird(bird) {
-            bird.pose = Isometry3::from_parts(Translation3::from(position.coords), rotation);
+            bird.sensor.place(position, rotation);
         }
     }
 
     /// Plugs the sensor of a bird in, or pulls it out; an extended-range controller is a unit without one.
     pub fn set_connected(&mut self, bird: u8, connected: bool) {
         if let Some(bird) = self.bird(bird) {
-            bird.connected = connected;
+            bird.sensor.connected = connected;
         }
     }
 
@@ -138,9 +132,11 @@ impl FlockEmulator {
     /// What the line RTS and a power cut do: everything is forgotten, and the unit starts for 2 s.
     pub fn restart(&mut self, now_ns: u64) {
         for bird in &mut self.birds {
-            let buttons = bird.buttons;
-            *bird = Bird::at_power_on(bird.pose, bird.connected);
-            bird.buttons = buttons;
+            *bird = Bird {
+                sensor: bird.sensor.clone(),
+                buttons: bird.buttons,
+                ..Bird::at_power_on()
+            };
         }
         self.n_configured = 0;
         self.is_group = false;
@@ -155,9 +151,7 @@ impl FlockEmulator {
     }
 
     fn bird(&mut self, number: u8) -> Option<&mut Bird> {
-        usize::from(number)
-            .checked_sub(1)
-            .and_then(|index| self.birds.get_mut(index))
+        numbered(&mut self.birds, number)
     }
 
     fn say(&mut self, bytes: Vec<u8>) {
@@ -173,7 +167,7 @@ impl FlockEmulator {
             .zip(&self.birds)
             .filter(|(address, bird)| {
                 let flies = !self.is_group || *address <= self.n_configured;
-                bird.connected && flies && (self.is_group || *address == 1)
+                bird.sensor.connected && flies && (self.is_group || *address == 1)
             })
             .map(|(address, bird)| {
                 bird_record(bird, self.is_group.then_some(address), self.scale.metres())
@@ -190,7 +184,11 @@ impl FlockEmulator {
                 *unit = UNIT_FLIES;
                 *unit |= if self.sleeps { 0 } else { UNIT_RUNS };
             }
-            *unit |= if bird.connected { UNIT_HAS_SENSOR } else { 0 };
+            *unit |= if bird.sensor.connected {
+                UNIT_HAS_SENSOR
+            } else {
+                0
+            };
         }
         status
     }
@@ -299,10 +297,6 @@ impl Emulator for FlockEmulator {
     }
 
     fn deadline(&self) -> Option<u64> {
-        let due_now = (!self.output.is_empty()).then_some(0);
-        [due_now, self.beat.next_ns(), self.deaf.end_ns()]
-            .into_iter()
-            .flatten()
-            .min()
+        soonest_ns(&self.output, [self.beat.next_ns(), self.deaf.end_ns()])
     }
 }

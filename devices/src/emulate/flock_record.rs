@@ -32,10 +32,10 @@ impl FlockForm {
 
 /// One bird's record; `address` is `None` where it is alone.
 pub(crate) fn bird_record(bird: &Bird, address: Option<u8>, range_m: f64) -> Vec<u8> {
-    let position: [f64; 3] = (bird.pose.translation.vector / range_m).into();
-    let (x, y, z) = bird.pose.rotation.euler_angles();
+    let position: [f64; 3] = (bird.sensor.pose.translation.vector / range_m).into();
+    let (x, y, z) = bird.sensor.pose.rotation.euler_angles();
     let angles = [z, y, x].map(|angle| angle.to_degrees() / 180.0);
-    let rotation = bird.pose.rotation;
+    let rotation = bird.sensor.pose.rotation;
     let wxyz = [rotation.w, rotation.i, rotation.j, rotation.k];
     let (position, angles, wxyz) = (&position[..], &angles[..], &wxyz[..]);
     let fractions = match bird.form {

@@ -1,17 +1,19 @@
 //! An Isotrak II or 3SPACE Tracker with up to two receivers. **No real unit has been compared with it.** The form of its
 //! ASCII records and the fields of its status are not known; those of the Fastrak stand in.
 
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
+use nalgebra::{Point3, UnitQuaternion};
 
-use crate::emulate::Emulator;
 use crate::emulate::beat::Beat;
 use crate::emulate::deaf::Deafness;
-use crate::emulate::fastrak_record::{data_record, refusal};
+use crate::emulate::fastrak_record::{data_record, refusal, status_flags};
 use crate::emulate::line_fault::LineFaults;
+use crate::emulate::polhemus_command::{Command, CommandReader};
+use crate::emulate::receiver::{Receiver, numbered};
+use crate::emulate::{Emulator, soonest_ns};
 use crate::tracker::fastrak::decode::{Encoding, Item, LengthUnit};
 use crate::tracker::fastrak::protocol::{
     ASCII, BINARY, CENTIMETRES, CONTINUOUS, DATA, DEFAULTS, FLAG_BINARY, FLAG_CENTIMETRES,
-    FLAG_CONTINUOUS, FLAGS_ALWAYS, GOOD, INCHES, POLL, QUIET, REINITIALISE, STATUS,
+    FLAG_CONTINUOUS, GOOD, INCHES, POLL, QUIET, REINITIALISE, STATUS,
 };
 use crate::tracker::isotrak::protocol::{
     BUTTON_DOWN, BUTTON_UP, Model, N_STATIONS, QUATERNION_SCALE, RECORD_LENGTH, STATUS_LENGTH,
@@ -21,13 +23,10 @@ use crate::tracker::packed::pack_sevens;
 
 /// How long the unit is deaf after `^Y`, ns.
 const REINITIALISE_TAKES_NS: u64 = 10_000_000_000;
-/// Longest command with operands.
-const MAX_COMMAND: usize = 128;
 
 #[derive(Debug, Clone)]
 struct Station {
-    pose: Isometry3<f64>,
-    connected: bool,
+    receiver: Receiver,
     pressed: Option<bool>,
 }
 
@@ -46,7 +45,7 @@ pub struct IsotrakEmulator {
     has_list: bool,
     beat: Beat,
     deaf: Deafness,
-    command: Vec<u8>,
+    commands: CommandReader,
     output: Vec<u8>,
 }
 
@@ -59,8 +58,7 @@ impl IsotrakEmulator {
             reinitialise_takes_ns: REINITIALISE_TAKES_NS,
             model,
             stations: std::array::from_fn(|index| Station {
-                pose: Isometry3::translation(0.3, 0.0, 0.0),
-                connected: index == 0,
+                receiver: Receiver::in_front(index == 0),
                 pressed: None,
             }),
             is_binary: false,
@@ -68,7 +66,7 @@ impl IsotrakEmulator {
             has_list: false,
             beat: Beat::new(TOTAL_RATE_HZ),
             deaf: Deafness::default(),
-            command: Vec::new(),
+            commands: CommandReader::default(),
             output: Vec::new(),
         }
     }
@@ -77,14 +75,14 @@ impl IsotrakEmulator {
     /// coordinates to transmitter space. Another station number changes nothing.
     pub fn set_pose(&mut self, station: u8, position: Point3<f64>, rotation: UnitQuaternion<f64>) {
         if let Some(station) = self.station(station) {
-            station.pose = Isometry3::from_parts(Translation3::from(position.coords), rotation);
+            station.receiver.place(position, rotation);
         }
     }
 
     /// Plugs the receiver of a station (1 or 2) in, or pulls it out: its records then stay away.
     pub fn set_connected(&mut self, station: u8, connected: bool) {
         if let Some(station) = self.station(station) {
-            station.connected = connected;
+            station.receiver.connected = connected;
         }
     }
 
@@ -96,9 +94,7 @@ impl IsotrakEmulator {
     }
 
     fn station(&mut self, number: u8) -> Option<&mut Station> {
-        usize::from(number)
-            .checked_sub(1)
-            .and_then(|index| self.stations.get_mut(index))
+        numbered(&mut self.stations, number)
     }
 
     fn say(&mut self, bytes: Vec<u8>) {
@@ -108,13 +104,16 @@ impl IsotrakEmulator {
 
     /// Rounds in a second: the rate is shared by the receivers that are plugged in.
     fn rate_hz(&self) -> u64 {
-        let connected = self.stations.iter().filter(|station| station.connected);
+        let connected = self
+            .stations
+            .iter()
+            .filter(|station| station.receiver.connected);
         TOTAL_RATE_HZ / connected.count().max(1) as u64
     }
 
     fn send_round(&mut self) {
         for (number, station) in (1..).zip(self.stations.clone()) {
-            if !station.connected {
+            if !station.receiver.connected {
                 continue;
             }
             let record = if self.is_binary && self.has_list {
@@ -126,7 +125,8 @@ impl IsotrakEmulator {
                 } else {
                     LengthUnit::Inches
                 };
-                data_record(number, None, &station.pose, &list, (Encoding::Ascii, unit))
+                let pose = &station.receiver.pose;
+                data_record(number, None, pose, &list, (Encoding::Ascii, unit))
             };
             self.say(record);
         }
@@ -140,8 +140,9 @@ impl IsotrakEmulator {
         };
         let mut bytes = Vec::with_capacity(RECORD_LENGTH);
         bytes.extend([DATA, b'0' + number, third]);
-        let position = station.pose.translation.vector / self.model.metres_per_step();
-        let rotation = station.pose.rotation;
+        let pose = &station.receiver.pose;
+        let position = pose.translation.vector / self.model.metres_per_step();
+        let rotation = pose.rotation;
         let wxyz = [rotation.w, rotation.i, rotation.j, rotation.k];
         let steps = position
             .iter()
@@ -155,25 +156,20 @@ impl IsotrakEmulator {
     }
 
     fn status(&self) -> Vec<u8> {
-        let set = [
+        let flags = status_flags([
             (FLAG_BINARY, self.is_binary),
             (FLAG_CENTIMETRES, self.is_centimetres),
             (FLAG_CONTINUOUS, self.beat.next_ns().is_some()),
-        ];
-        let flags = set
-            .iter()
-            .filter(|(_, on)| *on)
-            .fold(FLAGS_ALWAYS, |flags, (flag, _)| flags | flag);
+        ]);
         let width = STATUS_LENGTH - 8;
         format!("21S{flags:03X}{:<width$}\r\n", "EMULATED").into_bytes()
     }
 
-    /// Obeys a command of one letter; false when the letter begins a longer one.
-    fn obey_letter(&mut self, now_ns: u64, letter: u8) -> bool {
+    fn obey_letter(&mut self, now_ns: u64, letter: u8) {
         match letter {
             POLL => self.send_round(),
             CONTINUOUS => {
-                self.beat = Beat::new(self.rate_hz());
+                self.beat.set_rate(self.rate_hz());
                 self.beat.start(now_ns);
             }
             QUIET => self.beat.stop(),
@@ -188,13 +184,9 @@ impl IsotrakEmulator {
                 self.output.clear();
                 self.deaf.begin(now_ns + self.reinitialise_takes_ns);
             }
-            b'O' | b'H' | b'x' | b'v' | b'A' | b'R' | b'B' | b'b' | b'G' | b'N' | b'l' => {
-                return false;
-            }
             // Unknown bytes are ignored.
             _ => {}
         }
-        true
     }
 
     fn restore_defaults(&mut self) {
@@ -204,8 +196,11 @@ impl IsotrakEmulator {
         self.beat.stop();
     }
 
-    /// Obeys a command with operands, given without its CR.
-    fn obey_line(&mut self, line: &str) {
+    /// Obeys a command with operands, given without its CR; what is no text is ignored.
+    fn obey_line(&mut self, line: &[u8]) {
+        let Ok(line) = std::str::from_utf8(line) else {
+            return;
+        };
         match (line.as_bytes().first(), line) {
             (Some(b'O'), "O2,11") => self.has_list = true,
             (Some(b'O'), "O2,4,1") => self.has_list = false,
@@ -215,6 +210,11 @@ impl IsotrakEmulator {
     }
 }
 
+/// Whether a command with operands begins so.
+fn begins_line(letter: u8) -> bool {
+    b"OHxvARBbGNl".contains(&letter)
+}
+
 impl Emulator for IsotrakEmulator {
     fn push(&mut self, now_ns: u64, bytes: &[u8]) {
         self.deaf.ends(now_ns);
@@ -222,21 +222,11 @@ impl Emulator for IsotrakEmulator {
             if self.faults.is_frozen() || self.deaf.is_on() {
                 return;
             }
-            if self.command.is_empty() {
-                if !self.obey_letter(now_ns, *byte) {
-                    self.command.push(*byte);
-                }
-            } else if matches!(byte, b'\r' | b'\n') {
-                let command = std::mem::take(&mut self.command);
-                if let Ok(line) = std::str::from_utf8(&command) {
-                    self.obey_line(line);
-                }
-            } else {
-                self.command.push(*byte);
-                if self.command.len() > MAX_COMMAND {
-                    self.command.clear();
-                    self.say(refusal("", -5));
-                }
+            match self.commands.take(*byte, begins_line) {
+                Some(Command::Letter(letter)) => self.obey_letter(now_ns, letter),
+                Some(Command::Line(line)) => self.obey_line(&line),
+                Some(Command::Overflow) => self.say(refusal("", -5)),
+                None => {}
             }
         }
     }
@@ -250,10 +240,6 @@ impl Emulator for IsotrakEmulator {
     }
 
     fn deadline(&self) -> Option<u64> {
-        let due_now = (!self.output.is_empty()).then_some(0);
-        [due_now, self.beat.next_ns(), self.deaf.end_ns()]
-            .into_iter()
-            .flatten()
-            .min()
+        soonest_ns(&self.output, [self.beat.next_ns(), self.deaf.end_ns()])
     }
 }

@@ -2,19 +2,19 @@
 //! the wording of its introduction are made up, and a bad command is passed over in silence, for how a unit answers it is
 //! not known.
 
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
+use nalgebra::{Point3, UnitQuaternion};
 
-use crate::emulate::Emulator;
 use crate::emulate::beat::Beat;
 use crate::emulate::deaf::Deafness;
 use crate::emulate::liberty_frame::{Moment, ascii_frame, binary_frame, introduction};
 use crate::emulate::line_fault::LineFaults;
+use crate::emulate::polhemus_command::{Command, CommandReader};
+use crate::emulate::receiver::{Receiver, numbered};
+use crate::emulate::{Emulator, soonest_ns};
 use crate::tracker::liberty::protocol::{CONTINUOUS, Model, N_STATIONS, POLL, READY};
 
 /// How long the unit is deaf after `^Y`, ns.
 const RESET_TAKES_NS: u64 = 10_000_000_000;
-/// Longest command.
-const MAX_COMMAND: usize = 128;
 /// Most items of a list.
 const MAX_ITEMS: usize = 20;
 /// Items that a list may have.
@@ -25,8 +25,7 @@ const ANY_RATE_HZ: u64 = 100;
 /// One sensor with what is asked of it.
 #[derive(Debug, Clone)]
 pub(crate) struct Sensor {
-    pub(crate) pose: Isometry3<f64>,
-    pub(crate) connected: bool,
+    pub(crate) receiver: Receiver,
     pub(crate) error: Option<u8>,
     pub(crate) pressed: bool,
     pub(crate) list: Vec<u8>,
@@ -50,7 +49,7 @@ pub struct LibertyEmulator {
     n_frames: u32,
     /// When the counters were set to 0, ns.
     zero_ns: u64,
-    command: Vec<u8>,
+    commands: CommandReader,
     output: Vec<u8>,
 }
 
@@ -59,8 +58,7 @@ impl LibertyEmulator {
     #[must_use]
     pub fn new(model: Model) -> Self {
         let sensor = |index| Sensor {
-            pose: Isometry3::translation(0.3, 0.0, 0.0),
-            connected: index == 0,
+            receiver: Receiver::in_front(index == 0),
             error: None,
             pressed: false,
             list: default_list(),
@@ -77,7 +75,7 @@ impl LibertyEmulator {
             deaf: Deafness::default(),
             n_frames: 0,
             zero_ns: 0,
-            command: Vec::new(),
+            commands: CommandReader::default(),
             output: Vec::new(),
         }
     }
@@ -86,14 +84,14 @@ impl LibertyEmulator {
     /// coordinates to the source's space. Another station number changes nothing.
     pub fn set_pose(&mut self, station: u8, position: Point3<f64>, rotation: UnitQuaternion<f64>) {
         if let Some(sensor) = self.sensor(station) {
-            sensor.pose = Isometry3::from_parts(Translation3::from(position.coords), rotation);
+            sensor.receiver.place(position, rotation);
         }
     }
 
     /// Plugs the sensor of a station (1 to 16) in, or pulls it out: its frames then stay away.
     pub fn set_connected(&mut self, station: u8, connected: bool) {
         if let Some(sensor) = self.sensor(station) {
-            sensor.connected = connected;
+            sensor.receiver.connected = connected;
         }
     }
 
@@ -117,9 +115,7 @@ impl LibertyEmulator {
     }
 
     fn sensor(&mut self, number: u8) -> Option<&mut Sensor> {
-        usize::from(number)
-            .checked_sub(1)
-            .and_then(|index| self.sensors.get_mut(index))
+        numbered(&mut self.sensors, number)
     }
 
     fn say(&mut self, bytes: Vec<u8>) {
@@ -135,7 +131,7 @@ impl LibertyEmulator {
         };
         let frames: Vec<_> = (1..)
             .zip(&self.sensors)
-            .filter(|(_, sensor)| sensor.connected)
+            .filter(|(_, sensor)| sensor.receiver.connected)
             .map(|(station, sensor)| {
                 if self.is_binary {
                     binary_frame(self.model, station, sensor, moment, self.is_centimetres)
@@ -199,7 +195,7 @@ impl LibertyEmulator {
         self.is_binary = false;
         self.is_centimetres = false;
         self.beat.stop();
-        self.command.clear();
+        self.commands.clear();
         self.output.clear();
         for sensor in &mut self.sensors {
             sensor.list = default_list();
@@ -228,21 +224,15 @@ impl Emulator for LibertyEmulator {
             if self.echoes {
                 self.output.push(*byte);
             }
-            match byte.to_ascii_uppercase() {
-                b'\r' | b'\n' => {
-                    let command = std::mem::take(&mut self.command);
-                    self.obey(now_ns, &command);
-                }
-                POLL if self.command.is_empty() => {
+            let begins_line = |byte| !matches!(byte, POLL | b'\r' | b'\n');
+            let command = self.commands.take(byte.to_ascii_uppercase(), begins_line);
+            match command {
+                Some(Command::Letter(POLL)) => {
                     self.beat.stop();
                     self.send_round(now_ns, POLL);
                 }
-                byte => {
-                    self.command.push(byte);
-                    if self.command.len() > MAX_COMMAND {
-                        self.command.clear();
-                    }
-                }
+                Some(Command::Line(line)) => self.obey(now_ns, &line),
+                Some(Command::Letter(_) | Command::Overflow) | None => {}
             }
         }
     }
@@ -256,10 +246,6 @@ impl Emulator for LibertyEmulator {
     }
 
     fn deadline(&self) -> Option<u64> {
-        let due_now = (!self.output.is_empty()).then_some(0);
-        [due_now, self.beat.next_ns(), self.deaf.end_ns()]
-            .into_iter()
-            .flatten()
-            .min()
+        soonest_ns(&self.output, [self.beat.next_ns(), self.deaf.end_ns()])
     }
 }

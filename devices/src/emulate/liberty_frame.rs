@@ -18,16 +18,16 @@ fn place(sensor: &Sensor, is_centimetres: bool) -> [f64; 3] {
     } else {
         METRES_PER_INCH
     };
-    (sensor.pose.translation.vector / metres).into()
+    (sensor.receiver.pose.translation.vector / metres).into()
 }
 
 fn degrees(sensor: &Sensor) -> [f64; 3] {
-    let (roll, elevation, azimuth) = sensor.pose.rotation.euler_angles();
+    let (roll, elevation, azimuth) = sensor.receiver.pose.rotation.euler_angles();
     [azimuth, elevation, roll].map(f64::to_degrees)
 }
 
 fn wxyz(sensor: &Sensor) -> [f64; 4] {
-    let rotation = sensor.pose.rotation;
+    let rotation = sensor.receiver.pose.rotation;
     [rotation.w, rotation.i, rotation.j, rotation.k]
 }
 

@@ -23,6 +23,8 @@ mod glove_command;
 mod glove_record;
 mod liberty_frame;
 mod lucidglove_line;
+mod polhemus_command;
+mod receiver;
 mod rokoko;
 mod udcap;
 mod vmc;
@@ -37,4 +39,13 @@ pub trait Emulator {
 
     /// When [`Emulator::poll`] has something next, ns; `None` while only a command can change that.
     fn deadline(&self) -> Option<u64>;
+}
+
+/// The deadline of a device: at once while `output` waits, otherwise the first of `times`, ns.
+fn soonest_ns(output: &[u8], times: [Option<u64>; 2]) -> Option<u64> {
+    if output.is_empty() {
+        times.into_iter().flatten().min()
+    } else {
+        Some(0)
+    }
 }
