@@ -1,10 +1,11 @@
-//! What Isotrak, 3SPACE, Liberty and Flock all promise: arbitrary bytes do no harm, and every loss is recovered from.
+//! What Fastrak, Isotrak, 3SPACE, Liberty and Flock all promise: arbitrary bytes do no harm, and every loss is recovered from.
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion};
 use proptest::collection::vec;
 use proptest::prelude::{ProptestConfig, any, prop_assert, proptest};
 use proptest::test_runner::RngSeed;
 use tsukamu_devices::emulate::Emulator;
+use tsukamu_devices::emulate::fastrak::FastrakEmulator;
 use tsukamu_devices::emulate::flock::FlockEmulator;
 use tsukamu_devices::emulate::isotrak::IsotrakEmulator;
 use tsukamu_devices::emulate::liberty::LibertyEmulator;
@@ -12,6 +13,8 @@ use tsukamu_devices::emulate::line_fault::{LineFaults, Noise};
 use tsukamu_devices::fault::Fault;
 use tsukamu_devices::reading::TrackerReading;
 use tsukamu_devices::session::{Session, SessionState};
+use tsukamu_devices::tracker::fastrak::session::FastrakSession;
+use tsukamu_devices::tracker::fastrak::settings::FastrakSettings;
 use tsukamu_devices::tracker::flock::decode::Output;
 use tsukamu_devices::tracker::flock::session::FlockSession;
 use tsukamu_devices::tracker::flock::settings::FlockSettings;
@@ -39,6 +42,16 @@ trait Victim: Emulator {
     fn faults(&mut self) -> &mut LineFaults;
     /// What a power cut does.
     fn restart(&mut self, now_ns: u64);
+}
+
+impl Victim for FastrakEmulator {
+    fn faults(&mut self) -> &mut LineFaults {
+        &mut self.faults
+    }
+
+    fn restart(&mut self, now_ns: u64) {
+        self.push(now_ns, b"\r\x19");
+    }
 }
 
 impl Victim for IsotrakEmulator {
@@ -69,6 +82,12 @@ impl Victim for FlockEmulator {
     fn restart(&mut self, now_ns: u64) {
         Self::restart(self, now_ns);
     }
+}
+
+fn fastrak() -> Bench<FastrakSession, FastrakEmulator> {
+    let mut emulator = FastrakEmulator::new();
+    emulator.set_pose(1, pose().translation.vector.into(), pose().rotation);
+    Bench::new(FastrakSession::new(FastrakSettings::default()), emulator)
 }
 
 fn isotrak(model: IsotrakModel) -> Bench<IsotrakSession, IsotrakEmulator> {
@@ -106,6 +125,7 @@ fn flock(group: bool, output: Output) -> Bench<FlockSession, FlockEmulator> {
 /// Does the same to every device.
 macro_rules! for_each_device {
     ($name:ident, $bench:ident => $body:block) => {{
+        for_each_device!(@ $name, $bench, $body, "fastrak", fastrak());
         for_each_device!(@ $name, $bench, $body, "isotrak", isotrak(IsotrakModel::IsotrakTwo));
         for_each_device!(@ $name, $bench, $body, "3space", isotrak(IsotrakModel::ThreeSpace));
         for_each_device!(@ $name, $bench, $body, "liberty", liberty());

@@ -64,22 +64,23 @@ pub const METRES_PER_PACKED_RANGE: f64 = 3.0;
 /// Records in a second, shared by the active stations.
 pub const TOTAL_RATE_HZ: u64 = 120;
 
-/// Wait after [`QUIET`] while old input is thrown away, ns.
+/// Wait after a reset while old input is thrown away, ns.
 pub const DRAIN_NS: u64 = 100_000_000;
 /// Wait for the status record, ns; it takes 57 ms at 9600 bit/s.
 pub const STATUS_NS: u64 = 500_000_000;
 /// Times that the settings are sent before a refusal counts.
 pub const ATTEMPTS: u32 = 3;
 
-/// What is sent at each attempt to start a unit, and how long to wait then, ns: ever stronger. The first carriage return
-/// ends a command that another program has begun, which would otherwise take what follows for its operands.
-pub const RESETS: [(&[u8], u64); 6] = [
-    (b"\rc", DRAIN_NS),
-    (b"c\r", 2_000_000_000),
-    (b"c\r\x19", 10_000_000_000),
-    (b"c\r\x19", 10_000_000_000),
-    (b"c\r\x19t", 10_000_000_000),
-    (b"c\r\x19tY", 10_000_000_000),
+/// What is sent at each attempt to start a unit, and how often it is then asked for its status: ever stronger. The first
+/// carriage return ends a command that another program has begun, which would otherwise take what follows for its
+/// operands. A unit that re-initialises is deaf for 10 s.
+pub const RESETS: [(&[u8], usize); 6] = [
+    (b"\rc", 1),
+    (b"c\r", 5),
+    (b"c\r\x19", 21),
+    (b"c\r\x19", 21),
+    (b"c\r\x19t", 21),
+    (b"c\r\x19tY", 21),
 ];
 
 /// What an error letter of a record or a status means.

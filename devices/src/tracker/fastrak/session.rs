@@ -8,8 +8,8 @@ use crate::session::DeviceInfo;
 use crate::tracker::dialect::{Answer, Answered, Dialect, Step, TrackerRecord, Verdict};
 use crate::tracker::fastrak::decode::{Encoding, RecordFormat, Sample, decode_record, is_header};
 use crate::tracker::fastrak::protocol::{
-    ATTEMPTS, CONTINUOUS, CONTROL, FAMILY, HEADER_LENGTH, QUIET, RESETS, STATUS, STATUS_NS,
-    data_usable,
+    ATTEMPTS, CONTINUOUS, CONTROL, DRAIN_NS, FAMILY, HEADER_LENGTH, QUIET, RESETS, STATUS,
+    STATUS_NS, data_usable,
 };
 use crate::tracker::fastrak::settings::{FastrakSettings, commands};
 use crate::tracker::fastrak::status::{ControlRecord, Front, StatusRecord, read_front};
@@ -129,13 +129,11 @@ impl Dialect for FastrakDialect {
 
     fn start_up(&mut self, attempt: usize) -> Vec<Step> {
         self.n_sent = 0;
-        let (reset, wait_ns) = RESETS[attempt];
-        vec![
-            Step::Send(reset.to_vec()),
-            Step::Wait(wait_ns),
-            Step::ask(&[STATUS], STATUS_NS),
-            Step::Send(vec![CONTINUOUS]),
-        ]
+        let (reset, n_questions) = RESETS[attempt];
+        let mut steps = vec![Step::Send(reset.to_vec()), Step::Wait(DRAIN_NS)];
+        steps.extend(Step::ask_repeatedly(&[STATUS], STATUS_NS, n_questions));
+        steps.push(Step::Send(vec![CONTINUOUS]));
+        steps
     }
 
     /// All resets in a row take three quarters of a minute, so the port is opened anew in between in any case.
