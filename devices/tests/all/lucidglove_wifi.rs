@@ -2,7 +2,7 @@
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
 
 use tsukamu_devices::clock::Clock;
@@ -94,7 +94,7 @@ fn a_glove_connects_is_read_and_stopped_and_may_come_back() {
         raw: false,
     };
     let driver = Driver::LucidGlove(LucidGloveSettings::default());
-    let (tell, events) = channel();
+    let (tell, events) = sync_channel(10_000);
     let thread = network::spawn(
         settings,
         driver.session(GloveCalibration::default()),
