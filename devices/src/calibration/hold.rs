@@ -6,6 +6,7 @@
 
 use std::collections::VecDeque;
 
+use crate::calibration::likeness::contradicts;
 use crate::calibration::pose::CalibrationPose;
 use crate::calibration::scale::Scales;
 use crate::glove::sensor::GloveSensor;
@@ -13,6 +14,8 @@ use crate::reading::GloveReading;
 
 /// How long a pose has to be held, ns.
 pub const HOLD_NS: u64 = 1_500_000_000;
+/// The same for a pose that, by the calibration in force, is another one, ns.
+pub const DOUBTED_HOLD_NS: u64 = 4_500_000_000;
 /// The window in which stillness is judged at every moment, ns.
 const GLANCE_NS: u64 = 500_000_000;
 /// Time between two judgements, ns.
@@ -78,6 +81,9 @@ pub enum HoldProgress {
     Moving(Vec<GloveSensor>),
     /// The hand is still; the share of the time that is over, 0 to 1.
     Holding(f64),
+    /// The same, of the longer time that a pose has to be held which, by the calibration in force, is another one: a
+    /// wearer who is ahead or behind has time to see it, and a calibration that is far off keeps nobody from a new one.
+    Doubtful(f64),
     /// It was held to the end.
     Done(Box<PoseCapture>),
 }
@@ -95,6 +101,8 @@ pub struct PoseHold {
     before: Option<PoseCapture>,
     frames: VecDeque<Frame>,
     still_since_ns: Option<u64>,
+    /// When the hand looked like another pose the last time.
+    doubted_ns: u64,
     judged_ns: Option<u64>,
     progress: HoldProgress,
 }
@@ -108,6 +116,7 @@ impl PoseHold {
             before,
             frames: VecDeque::new(),
             still_since_ns: None,
+            doubted_ns: 0,
             judged_ns: None,
             progress: HoldProgress::Moving(Vec::new()),
         }
@@ -149,12 +158,12 @@ impl PoseHold {
             .is_none_or(|judged| now_ns >= judged.saturating_add(JUDGE_EVERY_NS))
         {
             self.judged_ns = Some(now_ns);
-            self.progress = self.judge(now_ns, scales);
+            self.progress = self.judge(now_ns, scales, contradicts(reading, self.pose));
         }
         &self.progress
     }
 
-    fn judge(&mut self, now_ns: u64, scales: &Scales) -> HoldProgress {
+    fn judge(&mut self, now_ns: u64, scales: &Scales, is_doubted: bool) -> HoldProgress {
         let start_ns = now_ns.saturating_sub(GLANCE_NS);
         let is_full = self
             .frames
@@ -171,14 +180,26 @@ impl PoseHold {
         }
         let still_since = *self.still_since_ns.get_or_insert(start_ns);
         let held_ns = now_ns.saturating_sub(still_since);
+        if is_doubted {
+            self.doubted_ns = now_ns;
+        }
         let unmoved = self.is_unmoved(&glance, scales);
         let is_unseen = self.pose == CalibrationPose::Spread && held_ns >= UNMOVED_PATIENCE_NS;
         if unmoved && !is_unseen {
             return HoldProgress::Unmoved;
         }
         let whole = self.since(now_ns.saturating_sub(HOLD_NS).max(still_since));
-        if held_ns < HOLD_NS || whole.len() < READINGS_MIN.1 {
-            return HoldProgress::Holding((held_ns as f64 / HOLD_NS as f64).min(1.0));
+        if is_doubted && held_ns < DOUBTED_HOLD_NS {
+            return HoldProgress::Doubtful(held_ns as f64 / DOUBTED_HOLD_NS as f64);
+        }
+        // A hand that has slipped into the pose so that few sensors saw it move has to hold it from then on.
+        let clear_ns = if is_doubted {
+            held_ns
+        } else {
+            now_ns.saturating_sub(still_since.max(self.doubted_ns))
+        };
+        if clear_ns < HOLD_NS || whole.len() < READINGS_MIN.1 {
+            return HoldProgress::Holding((clear_ns as f64 / HOLD_NS as f64).min(1.0));
         }
         // A creeping hand is still at every glance and yet elsewhere in the end.
         let crept = self::restless(&whole, scales);

@@ -6,6 +6,8 @@ pub mod pose;
 /// A pose that is held, and what the sensors read meanwhile.
 pub mod hold;
 
+mod likeness;
+
 /// From held poses to a calibration.
 pub mod fit;
 

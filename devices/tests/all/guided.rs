@@ -352,6 +352,49 @@ fn a_glove_that_cannot_see_the_fingers_spread_is_believed_after_a_while() {
     panic!("it waits for ever");
 }
 
+/// A wearer who goes round without listening, as the emulated one does, and whom the routine meets at some moment.
+#[test]
+fn a_routine_that_begins_at_any_moment_takes_each_pose_for_itself() {
+    const ROUND_S: f64 = 16.0;
+    for begin_s in 0..16 {
+        let mut wearer = Wearer::new(45.0, 1.8);
+        let (mut scales, mut captures) = (Scales::default(), Vec::<PoseCapture>::new());
+        let mut hold = PoseHold::new(CalibrationPose::Flat, None);
+        for step in 0..5000_u32 {
+            let turn = (f64::from(begin_s) + f64::from(step) * 0.01) % ROUND_S / ROUND_S * 4.0;
+            let pose = |index: usize| CalibrationPose::ALL[index % 4];
+            // 0.6 s of each turn's four are the way to the next pose.
+            let share = ((turn.fract() - 0.85) / 0.15).max(0.0);
+            let (from, to) = (pose(turn as usize), pose(turn as usize + 1));
+            let of = |sensor| angle(from, sensor) * (1.0 - share) + angle(to, sensor) * share;
+            let reading = wearer.reading(of);
+            scales.add(&reading);
+            if let HoldProgress::Done(capture) = hold.push(&reading, &scales) {
+                assert_eq!(capture.pose, from, "begun at {begin_s} s");
+                captures.push((**capture).clone());
+                if captures.len() == 4 {
+                    break;
+                }
+                hold = PoseHold::new(pose(captures.len()), captures.last().cloned());
+            }
+        }
+        assert_eq!(captures.len(), 4, "begun at {begin_s} s");
+        let fit = fit(&captures, &scales, &wearer.believed).unwrap();
+        check_angles(&mut wearer, &fit, 1.0);
+    }
+}
+
+#[test]
+fn a_calibration_that_is_far_off_makes_a_pose_longer_and_hinders_none() {
+    let mut wearer = Wearer::new(45.0, 1.8);
+    for line in wearer.believed.sensors.values_mut() {
+        line.gain_deg_per_count *= -1.0;
+    }
+    let (fit, took_s) = wearer.routine();
+    assert!(took_s > 12.0 && took_s < 30.0, "{took_s} s");
+    check_angles(&mut wearer, &fit.unwrap(), 1.0);
+}
+
 #[test]
 fn a_glove_that_is_not_plugged_in_holds_nothing() {
     let mut hold = PoseHold::new(CalibrationPose::Flat, None);

@@ -189,6 +189,7 @@ pub fn capture_progress(
         HoldProgress::Unmoved => ("unmoved", 0.0, &[][..]),
         HoldProgress::Moving(sensors) => ("moving", 0.0, sensors.as_slice()),
         HoldProgress::Holding(share) => ("holding", *share, &[][..]),
+        HoldProgress::Doubtful(share) => ("doubtful", *share, &[][..]),
         HoldProgress::Done(capture) => {
             return Kind::Captured(v1::PoseCaptured {
                 pose: capture.pose.name().to_owned(),

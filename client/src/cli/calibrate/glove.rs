@@ -19,6 +19,8 @@ use crate::cli::{output, refusal};
 
 /// Seconds that a pose has to be held, as the daemon counts them.
 const HOLD_S: f64 = 1.5;
+/// The same for a pose that looks like another one.
+const DOUBTED_HOLD_S: f64 = 4.5;
 /// Seconds that each pose is waited for.
 const PATIENCE_S: f64 = 45.0;
 /// Seconds of the quick routine.
@@ -164,6 +166,13 @@ fn show(stage: &mut Stage, progress: &CaptureProgress) -> Result<()> {
             format!("hold still: {left_s:.1} s"),
             "  hold still".to_owned(),
         ),
+        "doubtful" => {
+            let left_s = DOUBTED_HOLD_S * (1.0 - progress.share);
+            (
+                format!("this looks like another pose; if it is not, hold still: {left_s:.1} s"),
+                "  this looks like another pose; if it is not, hold still for 4.5 s".to_owned(),
+            )
+        }
         "unmoved" => (
             "now the next pose".to_owned(),
             "  waiting for the pose".to_owned(),
