@@ -32,6 +32,8 @@ pub struct Limits {
 pub struct Trial {
     /// The last state.
     pub state: SessionState,
+    /// Whether the place could be opened.
+    pub opened: bool,
     /// What was wrong last, if anything was.
     pub fault: Option<Fault>,
     /// What the device said about itself.
@@ -111,6 +113,7 @@ fn pass_on(sender: &SyncSender<News>, event: PortEvent<'_>) {
 #[derive(Default)]
 struct Watch {
     state: Option<SessionState>,
+    opened: bool,
     fault: Option<Fault>,
     info: Option<DeviceInfo>,
     stats: SessionStats,
@@ -147,6 +150,8 @@ impl Watch {
             DeviceEvent::State(change) => {
                 // Also a session that asks for the port to be opened again has come to its end.
                 self.has_given_up |= change.state == SessionState::Absent;
+                self.opened |=
+                    !matches!(change.state, SessionState::Absent | SessionState::Opening);
                 self.state = Some(change.state);
                 // Why it stalled stays told while it is tried again.
                 if change.fault.is_some() || change.state == SessionState::Running {
@@ -177,6 +182,7 @@ impl Watch {
         let intervals = self.readings.saturating_sub(1) as f64;
         Trial {
             state: self.state.unwrap_or(SessionState::Opening),
+            opened: self.opened,
             fault: self.fault,
             info: self.info,
             stats: self.stats,

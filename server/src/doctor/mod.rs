@@ -13,7 +13,6 @@ use std::time::Duration;
 
 use tsukamu_devices::fault::Fault;
 use tsukamu_devices::network::LinkSettings;
-use tsukamu_devices::session::SessionState;
 use tsukamu_devices::trial::{Limits, Trial, run};
 
 use crate::settings::device::DeviceSettings;
@@ -197,9 +196,4 @@ fn not_opened(fault: &Fault) -> Option<Verdict> {
         Fault::NotSerial { .. } => Some(Verdict::NotADevice),
         _ => None,
     }
-}
-
-/// Whether the place was opened at all.
-const fn was_opened(trial: &Trial) -> bool {
-    !matches!(trial.state, SessionState::Absent | SessionState::Opening)
 }

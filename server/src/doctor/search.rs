@@ -2,6 +2,7 @@
 
 use std::io;
 
+use tsukamu_devices::driver::Driver;
 use tsukamu_devices::fault::Fault;
 use tsukamu_devices::place::Place;
 use tsukamu_devices::probe::{Candidate, candidates, try_one};
@@ -9,7 +10,7 @@ use tsukamu_devices::trial::Trial;
 
 use crate::settings::device::DeviceSettings;
 
-use super::{Diagnosis, Verdict, not_opened, was_opened};
+use super::{Diagnosis, Verdict, not_opened};
 
 /// Why there are no readings. What does not answer is looked for at other rates, then in other protocols.
 pub(super) fn explain(
@@ -34,7 +35,7 @@ pub(super) fn explain(
     let Some(path) = device.port.serial_path() else {
         return Ok(network(&device.port, trial, words));
     };
-    if !was_opened(trial) {
+    if !trial.opened {
         return Ok(Diagnosis::new(Verdict::NotADevice, words));
     }
     if let Some(found) = look_for(device, path, progress)? {
@@ -64,7 +65,7 @@ fn look_for(
     });
     let others = candidates()
         .into_iter()
-        .filter(|candidate| candidate.driver.name() != device.driver.name());
+        .filter(|candidate| !is_same(&candidate.driver, &device.driver));
     for candidate in own.chain(others) {
         progress(&format!("asking as a {candidate}"));
         let (_, recognised) = try_one(path, &candidate)?;
@@ -75,9 +76,14 @@ fn look_for(
     Ok(None)
 }
 
+/// Whether two speak one protocol: the models of some kinds speak different ones.
+fn is_same(one: &Driver, other: &Driver) -> bool {
+    (one.name(), one.model()) == (other.name(), other.model())
+}
+
 fn recognised(device: &DeviceSettings, found: &Candidate, words: String) -> Diagnosis {
     let Candidate { driver, baud } = found;
-    let is_own = driver.name() == device.driver.name();
+    let is_own = is_same(driver, &device.driver);
     let mut diagnosis = if is_own {
         Diagnosis::new(Verdict::WrongBaud, words).advise(format!("write bauds = [{baud}]"))
     } else {
