@@ -164,8 +164,9 @@ impl Service<'_> {
             }
             let is_sent = self.send(&mut link);
             self.wait(&link);
-            let is_open = is_sent && self.receive(&mut link, &mut bytes);
-            self.receive_datagrams(&link, &mut bytes);
+            let is_open = is_sent
+                && self.receive(&mut link, &mut bytes)
+                && self.receive_datagrams(&mut link, &mut bytes);
             if !is_open {
                 // What the server said last may be why it closes.
                 return match self.session.poll_port_request() {
@@ -230,22 +231,28 @@ impl Service<'_> {
         true
     }
 
-    fn receive_datagrams(&mut self, link: &Link, bytes: &mut [u8]) {
-        let Some((socket, _)) = &link.datagrams else {
-            return;
-        };
+    /// The same of datagrams. Names come by TCP: before a datagram is looked into, what came with it is read there.
+    fn receive_datagrams(&mut self, link: &mut Link, bytes: &mut [u8]) -> bool {
+        let mut datagram = [0; Inbound::MAX_PUSH];
         for _ in 0..BURST {
-            match socket.recv_from(bytes) {
+            let Some((socket, _)) = &link.datagrams else {
+                return true;
+            };
+            match socket.recv_from(&mut datagram) {
                 Ok((n_bytes, from)) if from.ip() == link.server => {
+                    if !self.receive(link, bytes) {
+                        return false;
+                    }
                     let stamp_ns = self.clock.now_ns();
-                    self.tell(Direction::Received, &bytes[..n_bytes]);
-                    self.session.push_datagram(stamp_ns, &bytes[..n_bytes]);
+                    self.tell(Direction::Received, &datagram[..n_bytes]);
+                    self.session.push_datagram(stamp_ns, &datagram[..n_bytes]);
                 }
                 Ok(_) => {}
                 // A datagram socket has no connection to lose.
-                Err(_) => return,
+                Err(_) => return true,
             }
         }
+        true
     }
 
     fn tell(&mut self, direction: Direction, bytes: &[u8]) {

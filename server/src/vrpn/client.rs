@@ -30,6 +30,8 @@ const COOKIE_MAX: Duration = Duration::from_secs(5);
 const SEND_BUFFER: usize = 64 * 1024;
 /// Bytes that wait, beyond which pings are not answered.
 const ANSWERED_MAX: usize = 64 * 1024;
+/// How often a picture that stands is sent again as datagrams: one may be lost, or come before the names that it needs.
+const REPEAT: Duration = Duration::from_secs(1);
 
 /// Why a connection has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -51,6 +53,7 @@ pub(super) enum Ending {
 pub(super) struct Client {
     stream: TcpStream,
     address: SocketAddr,
+    is_written: bool,
     udp: Arc<UdpSocket>,
     pictures: Pictures,
     metrics: Arc<Metrics>,
@@ -58,6 +61,10 @@ pub(super) struct Client {
     telling: Telling,
     /// Where it takes datagrams.
     datagrams: Option<SocketAddr>,
+    /// Messages for datagrams, which go behind the names in the outbox.
+    urgent: Vec<u8>,
+    /// When it was told a picture, or that again.
+    told: Instant,
     /// Bytes for it, of which `n_sent` are sent.
     outbox: Vec<u8>,
     n_sent: usize,
@@ -83,12 +90,15 @@ impl Client {
         Self {
             stream,
             address,
+            is_written: true,
             udp,
             pictures,
             metrics,
             peer: Peer::default(),
             telling: Telling::default(),
             datagrams: None,
+            urgent: Vec::new(),
+            told: Instant::now(),
             outbox: COOKIE.to_vec(),
             n_sent: 0,
             opened: Instant::now(),
@@ -97,13 +107,18 @@ impl Client {
         }
     }
 
-    /// Serves it until it ends.
-    pub(super) async fn run(mut self, mut stopping: watch::Receiver<bool>) -> Ending {
+    /// Serves it until it ends; `is_written` says whether the log tells of it.
+    pub(super) async fn run(
+        mut self,
+        mut stopping: watch::Receiver<bool>,
+        is_written: bool,
+    ) -> Ending {
+        self.is_written = is_written;
         let ending = tokio::select! {
             () = stopped(&mut stopping) => Ending::Stopped,
             ending = self.serve() => ending,
         };
-        if self.peer.is_greeted() {
+        if self.peer.is_greeted() && is_written {
             info!(client = %self.address, ?ending, "VRPN client gone");
         }
         ending
@@ -121,8 +136,11 @@ impl Client {
     async fn turn(&mut self) -> Result<(), Ending> {
         self.fill();
         self.write()?;
+        self.send_urgent();
         let is_full = self.waiting() > 0;
         let is_greeted = self.peer.is_greeted();
+        let repeat = self.datagrams.filter(|_| is_greeted && !is_full);
+        let repeat = repeat.map(|_| self.told + REPEAT);
         let interest = if is_full {
             Interest::READABLE | Interest::WRITABLE
         } else {
@@ -146,6 +164,10 @@ impl Client {
                 }
                 false
             }
+            () = until(repeat), if repeat.is_some() => {
+                self.repeat();
+                false
+            }
             () = until(limit), if limit.is_some() => return Err(ending),
         };
         if is_readable {
@@ -163,22 +185,37 @@ impl Client {
         if !self.peer.is_greeted() || self.waiting() > 0 {
             return;
         }
+        // Of the picture before.
+        self.send_urgent();
         let newest = self.pictures.borrow_and_update().clone();
         let Some((bytes, n_missed)) = newest.and_then(|picture| self.telling.tell(&picture)) else {
             return;
         };
+        self.told = Instant::now();
         self.metrics.vrpn.pictures_sent.inc();
         self.metrics.vrpn.pictures_skipped.inc_by(n_missed);
         self.outbox.extend_from_slice(&bytes.certain);
         match self.datagrams {
             None => self.outbox.extend_from_slice(&bytes.urgent),
-            Some(to) => {
-                for datagram in datagrams(&bytes.urgent) {
-                    // What does not go at once is old when it does.
-                    if self.udp.try_send_to(datagram, to).is_ok() {
-                        self.metrics.vrpn.bytes_sent.inc_by(datagram.len() as u64);
-                    }
-                }
+            Some(_) => self.urgent = bytes.urgent,
+        }
+    }
+
+    /// Tells a picture that stands once more.
+    fn repeat(&mut self) {
+        self.told = Instant::now();
+        if let Some(picture) = self.pictures.borrow().as_ref() {
+            self.urgent = self.telling.again(picture);
+        }
+    }
+
+    fn send_urgent(&mut self) {
+        let urgent = std::mem::take(&mut self.urgent);
+        let Some(to) = self.datagrams else { return };
+        for datagram in datagrams(&urgent) {
+            // What does not go at once is old when it does.
+            if self.udp.try_send_to(datagram, to).is_ok() {
+                self.metrics.vrpn.bytes_sent.inc_by(datagram.len() as u64);
             }
         }
     }
@@ -228,7 +265,9 @@ impl Client {
             Said::Greeted(version) => {
                 let greeting = self.telling.greeting(time);
                 self.outbox.extend_from_slice(&greeting);
-                info!(client = %self.address, version, "VRPN client");
+                if self.is_written {
+                    info!(client = %self.address, version, "VRPN client");
+                }
             }
             Said::Opened(name) => self.telling.open(name),
             Said::Ping(name) => {

@@ -10,10 +10,11 @@ use tokio::net::{TcpListener, TcpStream, UdpSocket};
 use tokio::sync::{Semaphore, watch};
 use tokio::task::JoinSet;
 use tokio::time::Instant;
-use tracing::{debug, warn};
+use tracing::debug;
 use tsukamu_devices::vrpn::body::decode_request;
 
 use super::client::{Client, Ending, Present};
+use super::complaints::{Comings, Complaints, Trouble};
 use super::{Pictures, VrpnFault, stopped};
 use crate::metrics::Metrics;
 
@@ -25,10 +26,6 @@ const CONNECTING_MAX: usize = 32;
 const CONNECT_BACK_MAX: Duration = Duration::from_secs(5);
 /// Pause when the system has no room for another connection.
 const NO_ROOM: Duration = Duration::from_millis(100);
-/// The same complaint about the same host is written once in this time.
-const COMPLAINT: Duration = Duration::from_secs(60);
-/// Hosts whose complaints are remembered.
-const COMPLAINTS_MAX: usize = 256;
 /// Ports that are tried when any will do, until one is free for both TCP and UDP.
 const PORT_TRIES: usize = 32;
 
@@ -92,7 +89,8 @@ pub(super) struct Clients {
     /// Where we connect, or have connected, back to: a request is repeated until it is answered.
     called: BTreeMap<SocketAddr, ()>,
     connecting: Arc<Semaphore>,
-    complaints: BTreeMap<IpAddr, (String, Instant)>,
+    complaints: Complaints,
+    comings: Comings,
 }
 
 impl Clients {
@@ -111,7 +109,8 @@ impl Clients {
             tasks: JoinSet::new(),
             called: BTreeMap::new(),
             connecting: Arc::new(Semaphore::new(CONNECTING_MAX)),
-            complaints: BTreeMap::new(),
+            complaints: Complaints::default(),
+            comings: Comings::default(),
         }
     }
 
@@ -126,7 +125,8 @@ impl Clients {
                 accepted = self.tcp.accept() => match accepted {
                     Ok((stream, address)) => self.admit(stream, address, &stopping),
                     Err(error) => {
-                        self.complain(self.own_ip(), format!("no connection can be taken: {error}"));
+                        let text = format!("no connection can be taken: {error}");
+                        self.complaints.write(self.own_ip(), Trouble::NoConnection, &text);
                         tokio::time::sleep(NO_ROOM).await;
                     }
                 },
@@ -156,10 +156,8 @@ impl Clients {
     fn has_room(&mut self, from: IpAddr) -> bool {
         let has_room = self.tasks.len() < CLIENTS_MAX;
         if !has_room {
-            self.complain(
-                from,
-                format!("{CLIENTS_MAX} clients are connected; it is refused"),
-            );
+            let text = format!("{CLIENTS_MAX} clients are connected; it is refused");
+            self.complaints.write(from, Trouble::NoRoom, &text);
         }
         has_room
     }
@@ -208,8 +206,9 @@ impl Clients {
         });
     }
 
-    fn serving(&self) -> Serving {
+    fn serving(&mut self) -> Serving {
         Serving {
+            is_written: self.comings.is_due(Instant::now()),
             udp: Arc::clone(&self.udp),
             pictures: self.pictures.clone(),
             n_clients: self.n_clients.clone(),
@@ -220,38 +219,32 @@ impl Clients {
     fn note(&mut self, ended: Ended) {
         let Ended { address, ending } = ended;
         self.called.remove(&address);
-        let complaint = match ending {
-            None => "it asked to be connected back, and cannot be reached".to_owned(),
+        let (trouble, text) = match ending {
+            None => (
+                Trouble::Unreachable,
+                "it asked to be connected back, and cannot be reached".to_owned(),
+            ),
             Some(Ending::Stopped | Ending::Closed) => return,
-            Some(Ending::Stalled) => "it took nothing for 5 s and is dropped".to_owned(),
-            Some(Ending::Unheard) => "it did not greet and is dropped".to_owned(),
-            Some(Ending::Fault(fault)) => format!("it is dropped: {fault}"),
+            Some(Ending::Stalled) => (
+                Trouble::Stalled,
+                "it took nothing for 5 s and is dropped".to_owned(),
+            ),
+            Some(Ending::Unheard) => (
+                Trouble::Unheard,
+                "it did not greet and is dropped".to_owned(),
+            ),
+            Some(Ending::Fault(fault)) => (Trouble::Wrong, format!("it is dropped: {fault}")),
         };
         self.metrics.vrpn.clients_dropped.inc();
-        self.complain(address.ip(), complaint);
-    }
-
-    /// Writes a complaint, once in a while.
-    fn complain(&mut self, about: IpAddr, complaint: String) {
-        let is_known = self
-            .complaints
-            .get(&about)
-            .is_some_and(|(last, when)| *last == complaint && when.elapsed() < COMPLAINT);
-        if is_known {
-            debug!(client = %about, complaint, "VRPN client");
-            return;
-        }
-        warn!(client = %about, complaint, "VRPN client");
-        if self.complaints.len() >= COMPLAINTS_MAX {
-            self.complaints.clear();
-        }
-        self.complaints.insert(about, (complaint, Instant::now()));
+        self.complaints.write(address.ip(), trouble, &text);
     }
 }
 
 /// What a client's task takes along.
 #[derive(Debug)]
 struct Serving {
+    /// Whether the log says that it comes and goes.
+    is_written: bool,
     udp: Arc<UdpSocket>,
     pictures: Pictures,
     n_clients: watch::Sender<usize>,
@@ -266,8 +259,9 @@ impl Serving {
         stopping: watch::Receiver<bool>,
     ) -> Ending {
         let _present = Present::new(Arc::clone(&self.metrics), self.n_clients);
+        let is_written = self.is_written;
         Client::new(stream, address, self.udp, self.pictures, self.metrics)
-            .run(stopping)
+            .run(stopping, is_written)
             .await
     }
 }

@@ -30,6 +30,8 @@ pub mod client;
 /// Listening, connecting back, and the list of clients.
 pub mod listen;
 
+/// Complaints in the log.
+mod complaints;
 /// Ids and names of senders.
 mod names;
 /// What a client says.

@@ -98,6 +98,13 @@ impl Telling {
         Some((bytes, n_missed))
     }
 
+    /// All poses and angles of a picture that the client was told before.
+    pub(super) fn again(&self, picture: &Picture) -> Vec<u8> {
+        let mut urgent = picture.whole.clone();
+        self.tell_aliases(picture, &mut urgent);
+        urgent
+    }
+
     fn describe_slots(&mut self, time: Time, n_slots: usize, out: &mut Vec<u8>) {
         for slot in self.n_slots..n_slots {
             for (id, name) in HandIds::of(slot).named(slot) {
