@@ -1,5 +1,5 @@
 use anyhow::Result;
-use console::{Style, Term};
+use console::{Style, Term, measure_text_width};
 use serde_json::{Value, json};
 use tsukamu_client::connect::Client;
 use tsukamu_client::view::Stamp;
@@ -16,37 +16,45 @@ pub(crate) async fn devices(client: &Client, args: &DevicesArgs, as_json: bool) 
     if !args.watch {
         let answer = client.devices().list_devices(ListDevicesRequest {}).await;
         let answer = answer.map_err(|status| refusal(&status))?.into_inner();
-        return show(&answer, as_json);
+        show(&answer, as_json)?;
+        return Ok(());
     }
     let stream = client.devices().watch_devices(WatchDevicesRequest {}).await;
     let mut stream = stream.map_err(|status| refusal(&status))?.into_inner();
     let terminal = Term::stdout();
     let in_place = terminal.is_term() && !as_json;
-    let mut n_lines = 0;
+    let mut shown: Vec<String> = Vec::new();
     while let Some(answer) = stream.message().await.map_err(|status| refusal(&status))? {
-        if in_place && n_lines > 0 {
-            terminal.clear_last_lines(n_lines)?;
+        if in_place {
+            // A long line takes several of the terminal's.
+            let width = usize::from(terminal.size().1).max(1);
+            let rows = |line: &String| measure_text_width(line).div_ceil(width).max(1);
+            terminal.clear_last_lines(shown.iter().map(rows).sum())?;
         }
-        show(&answer, as_json)?;
-        let n_warnings = answer.devices.iter().map(|device| device.warnings.len());
-        n_lines = answer.devices.len() + n_warnings.sum::<usize>() + 1;
+        shown = show(&answer, as_json)?;
     }
     output::note("the daemon has ended the stream");
     Ok(())
 }
 
-fn show(answer: &ListDevicesResponse, as_json: bool) -> Result<()> {
+/// Prints it and answers with its lines.
+fn show(answer: &ListDevicesResponse, as_json: bool) -> Result<Vec<String>> {
     if as_json {
         let mut value = json::stamp(answer.stamp.as_ref().map(Stamp::from).unwrap_or_default());
         value["devices"] = answer.devices.iter().map(device_json).collect();
         output::json(&value)?;
-        return Ok(());
+        return Ok(Vec::new());
     }
+    let lines = lines(answer);
+    lines.iter().try_for_each(|line| output::line(line))?;
+    Ok(lines)
+}
+
+/// A table; below each row what is wrong with the device.
+fn lines(answer: &ListDevicesResponse) -> Vec<String> {
     if answer.devices.is_empty() {
-        output::line(
-            "no devices and no other sources: name a port in the daemon's settings, or `tsukamu send` a hand",
-        )?;
-        return Ok(());
+        let words = "no devices and no other sources: name a port in the daemon's settings, or `tsukamu send` a hand";
+        return vec![words.to_owned()];
     }
     let header = [
         "NAME", "KIND", "PLACE", "STATE", "RATE", "JITTER", "GAP", "AGE", "CLOCK", "SAMPLES",
@@ -54,36 +62,38 @@ fn show(answer: &ListDevicesResponse, as_json: bool) -> Result<()> {
     ];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
     rows.extend(answer.devices.iter().map(row));
-    let mut lines = table(&rows).into_iter();
-    lines
-        .next()
-        .map_or(Ok(()), |header| output::line(&header))?;
-    for (device, line) in answer.devices.iter().zip(lines) {
-        output::line(&line)?;
+    let mut table = table(&rows).into_iter();
+    let mut lines = Vec::from_iter(table.next());
+    for (device, line) in answer.devices.iter().zip(table) {
+        lines.push(line);
+        if !device.error.is_empty() {
+            let error = state_style(device).apply_to(printable(&device.error));
+            lines.push(format!("  {error}"));
+        }
         for warning in &device.warnings {
             let text = printable(&format!("{}: {}", warning.code, warning.text));
-            output::line(&format!("  {}", Style::new().yellow().apply_to(text)))?;
+            lines.push(format!("  {}", Style::new().yellow().apply_to(text)));
         }
     }
-    Ok(())
+    lines
 }
 
-fn row(device: &Device) -> Vec<String> {
-    let style = match device.state.as_str() {
+fn state_style(device: &Device) -> Style {
+    match device.state.as_str() {
         "running" => Style::new().green(),
         "stalled" | "absent" => Style::new().red(),
         "ended" => Style::new().dim(),
         _ => Style::new().yellow(),
-    };
-    let mut state = style.apply_to(printable(&device.state)).to_string();
-    if !device.error.is_empty() {
-        state += &format!(" ({})", printable(&device.error));
     }
+}
+
+fn row(device: &Device) -> Vec<String> {
+    let state = state_style(device).apply_to(printable(&device.state));
     vec![
         printable(&device.name),
         printable(&device.kind),
         printable(&device.place),
-        state,
+        state.to_string(),
         rates(device),
         span(device.jitter_s),
         span(device.longest_gap_s),
