@@ -55,6 +55,8 @@ pub struct DeviceInfo {
     pub hand: Option<Handedness>,
     /// Nominal length of one tick of the device's own counter, ns; `None` when it has none or its unit is not known.
     pub tick_ns: Option<f64>,
+    /// Samples per second that it says it sends, all its stations together; `None` where it does not say.
+    pub rate_hz: Option<f64>,
 }
 
 /// What a session hands out.

@@ -177,6 +177,7 @@ impl VrpnSession {
             n_sensors: self.settings.channels.iter().flatten().count(),
             hand: None,
             tick_ns: Some(1000.0),
+            rate_hz: None,
         }));
         self.core.enter(stamp_ns, SessionState::Querying, None);
     }

@@ -226,6 +226,7 @@ fn a_bird_alone_starts_within_two_seconds_in_every_output() {
         assert!(bench.events.iter().any(|event| matches!(
             event,
             DeviceEvent::Identified(info) if info.identity == "EMULATED, 103.52 Hz" && info.firmware == "3.67"
+                && info.rate_hz.is_some_and(|rate_hz| (rate_hz - 103.52).abs() < 5e-3)
         )));
         assert!(bench.sent.contains(&b"Q".to_vec()));
         assert_eq!(bench.session.stats().resyncs, 0);

@@ -170,7 +170,7 @@ impl SerialPorts {
 
     /// Makes the devices quiet and closes their ports, all at once; within about 0.3 s each.
     pub fn close(self) {
-        self.threads.into_iter().for_each(PortThread::stop);
+        PortThread::stop_all(self.threads);
     }
 }
 
@@ -310,6 +310,9 @@ impl DeviceOfPort {
     /// A device that is back says the same of itself as before: that is no news.
     fn identify(&mut self, about: &DeviceInfo) {
         self.times.set_tick(about.tick_ns);
+        if let Some(rate_hz) = about.rate_hz {
+            self.row.expect_rate(rate_hz);
+        }
         let identity = format!(
             "{} {} {} {}",
             about.family, about.firmware, about.identity, about.n_sensors

@@ -60,6 +60,13 @@ impl Source {
         }));
     }
 
+    /// The device has said how many samples it sends in a second; what the settings say stands above it.
+    pub fn expect_rate(&self, rate_hz: f64) {
+        if let Some(supervised) = &mut self.lane().supervised {
+            supervised.expected_hz.get_or_insert(rate_hz);
+        }
+    }
+
     /// Counts a sample of a glove.
     pub fn note_glove(&self, reading: &GloveReading) {
         let mut lane = self.lane();

@@ -154,6 +154,7 @@ impl CyberGloveSession {
             n_sensors: self.layout.mask.count(),
             hand: self.answers.hand,
             tick_ns: None,
+            rate_hz: None,
         }));
     }
 

@@ -153,6 +153,7 @@ impl Format for DelimitedFormat {
             n_sensors: columns.iter().map(|column| column.sensors().len()).sum(),
             hand: None,
             tick_ns: (self.settings.time_unit != TimeUnit::Ticks).then_some(TICK_NS),
+            rate_hz: None,
         }
     }
 }

@@ -346,6 +346,7 @@ impl Format for FiveDtFormat {
             n_sensors: self.settings.model.n_sensors(),
             hand: self.hand,
             tick_ns: None,
+            rate_hz: None,
         }
     }
 

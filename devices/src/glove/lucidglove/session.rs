@@ -114,6 +114,7 @@ impl LucidGloveSession {
             n_sensors: self.posture.n_sensors(),
             hand: self.hand(),
             tick_ns: None,
+            rate_hz: None,
         };
         if self.told.as_ref() != Some(&info) {
             self.told = Some(info.clone());

@@ -140,6 +140,7 @@ impl Format for OpenCyberGloveFormat {
             n_sensors: self.settings.order.iter().map(Vec::len).sum(),
             hand: None,
             tick_ns: Some(TICK_NS),
+            rate_hz: None,
         }
     }
 }

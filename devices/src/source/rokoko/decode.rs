@@ -213,6 +213,7 @@ impl Decoder for Rokoko {
             n_sensors: N_SENSORS,
             hand: None,
             tick_ns: has_time.then_some(TICK_NS),
+            rate_hz: None,
         })
     }
 

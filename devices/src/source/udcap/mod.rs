@@ -140,6 +140,7 @@ impl Decoder for Udcap {
             n_sensors: N_SENSORS,
             hand,
             tick_ns: None,
+            rate_hz: None,
         })
     }
 

@@ -146,6 +146,7 @@ impl Decoder for Vmc {
                 _ => None,
             },
             tick_ns: self.ticks.map(|_| TICK_NS),
+            rate_hz: None,
         })
     }
 

@@ -186,6 +186,7 @@ impl Dialect for FastrakDialect {
             n_sensors: self.settings.stations.iter().filter(|used| **used).count(),
             hand: None,
             tick_ns: None,
+            rate_hz: None,
         }
     }
 

@@ -245,6 +245,10 @@ impl Dialect for FlockDialect {
             n_sensors: self.settings.birds.len(),
             hand: None,
             tick_ns: None,
+            rate_hz: self
+                .status
+                .rate_hz()
+                .map(|rate_hz| rate_hz * self.settings.birds.len() as f64),
         }
     }
 

@@ -24,6 +24,11 @@ impl UnitStatus {
         CRYSTALS_MHZ.contains(&self.crystal_mhz)
     }
 
+    /// Measurements per second of each bird; `None` before the unit was asked, or when its answers make none.
+    pub(super) fn rate_hz(&self) -> Option<f64> {
+        rate_hz(self.count, self.crystal_mhz).filter(|rate_hz| *rate_hz < FULL_RANGE)
+    }
+
     /// Takes the count of the measurement rate.
     pub(super) const fn take_rate(&mut self, bytes: [u8; 2]) {
         self.count = u16::from_le_bytes(bytes);
@@ -47,8 +52,9 @@ impl UnitStatus {
 
     /// Model and measurement rate, as far as they were told.
     pub(super) fn identity(&self) -> String {
-        let rate = rate_hz(self.count, self.crystal_mhz).filter(|rate_hz| *rate_hz < FULL_RANGE);
-        let rate = rate.map_or_else(String::new, |rate_hz| format!("{rate_hz:.2} Hz"));
+        let rate = self
+            .rate_hz()
+            .map_or_else(String::new, |rate_hz| format!("{rate_hz:.2} Hz"));
         [self.model.as_str(), &rate]
             .into_iter()
             .filter(|part| !part.is_empty())

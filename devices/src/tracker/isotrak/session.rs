@@ -117,6 +117,7 @@ impl Dialect for IsotrakDialect {
             n_sensors: self.settings.stations.iter().filter(|used| **used).count(),
             hand: None,
             tick_ns: None,
+            rate_hz: None,
         }
     }
 

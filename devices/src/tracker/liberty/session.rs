@@ -120,13 +120,19 @@ impl Dialect for LibertyDialect {
             Counter::Time => Some(TIME_TICK_NS),
             Counter::Frames => model.rate_hz().map(|rate_hz| 1.0e9 / rate_hz as f64),
         };
+        let n_sensors = self.settings.stations.iter().filter(|used| **used).count();
         DeviceInfo {
             family: model.family(),
             firmware: self.who.firmware.clone(),
             identity: self.who.identity.clone(),
-            n_sensors: self.settings.stations.iter().filter(|used| **used).count(),
+            n_sensors,
             hand: None,
             tick_ns,
+            // More stations share a line that may be too slow for all of them.
+            rate_hz: model
+                .rate_hz()
+                .filter(|_| n_sensors == 1)
+                .map(|rate_hz| rate_hz as f64),
         }
     }
 
