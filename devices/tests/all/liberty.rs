@@ -148,7 +148,7 @@ fn every_model_starts_within_a_second() {
             (model.family(), "1.2.3", Some(1.0e6))
         );
         assert!(info.identity.contains("emulated"));
-        assert_eq!(info.rate_hz, Some(rate_hz as f64));
+        assert_eq!(info.rate_hz, model.rate_hz().map(|rate_hz| rate_hz as f64));
         assert_eq!(bench.session.stats().resyncs, 0);
     }
 }
