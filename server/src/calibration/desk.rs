@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
 use nalgebra::Point3;
+use tokio::task::JoinSet;
 use tokio::time::{Instant, sleep_until};
 use tracing::info;
 use tsukamu_devices::calibration::fit::{Fit, fit, with_all_sensors};
@@ -83,6 +84,8 @@ struct Run {
     last_used: Instant,
     /// Alive while something is captured.
     capturing: Weak<()>,
+    /// Gives it up when it is left alone, and ends with it.
+    _watch: JoinSet<()>,
 }
 
 impl CalibrationDesk {
@@ -128,6 +131,8 @@ impl CalibrationDesk {
             }
             runs.n_begun += 1;
             let run = runs.n_begun;
+            let mut watch = JoinSet::new();
+            watch.spawn(give_up_when_left_alone(Arc::clone(self), run));
             let base = GloveCalibration {
                 wearer: wearer.to_owned(),
                 hand: hand.or(before.hand),
@@ -141,12 +146,12 @@ impl CalibrationDesk {
                 range: None,
                 last_used: Instant::now(),
                 capturing: Weak::new(),
+                _watch: watch,
             };
             runs.open.insert(run, new);
             run
         };
         tap.show_with(with_all_sensors(&before));
-        tokio::spawn(give_up_when_left_alone(Arc::clone(self), begun));
         Ok(Begun {
             run: begun,
             wearer_before: before.wearer,

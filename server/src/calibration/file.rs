@@ -3,6 +3,7 @@
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use tsukamu_devices::glove::calibrate::GloveCalibration;
 
@@ -11,6 +12,9 @@ use super::fault::CalibrationFault;
 /// What stands above a file that the daemon writes.
 const HEAD: &str = "# Written by `tsukamu calibrate`: angle = gain_deg_per_count * (raw - raw_at_zero), plus the coupling, \
                     held within min_deg and max_deg.\n";
+
+/// One file at a time: two that are written at once would share the name of what is beside them.
+static WRITING: Mutex<()> = Mutex::new(());
 
 /// The text of a calibration file.
 pub(super) fn text(calibration: &GloveCalibration) -> Result<String, CalibrationFault> {
@@ -33,6 +37,7 @@ pub(super) fn save_calibration(
     replace: Replace,
 ) -> Result<(), CalibrationFault> {
     let text = text(calibration)?;
+    let _alone = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
     if replace == Replace::SameWearer
         && let Some(wearer) = wearer_of(file)
         && wearer != calibration.wearer
@@ -40,7 +45,7 @@ pub(super) fn save_calibration(
         let file = file.to_owned();
         return Err(CalibrationFault::OtherWearer { file, wearer });
     }
-    save(file, &text)
+    put(file, &text)
 }
 
 /// Whose a file is; `None` where there is none, or it names nobody. One that cannot be read is of somebody.
@@ -58,6 +63,12 @@ fn wearer_of(file: &Path) -> Option<String> {
 
 /// Writes a file by its side and puts it in its place, so that nobody ever finds half of it. A link stays a link.
 pub(super) fn save(file: &Path, text: &str) -> Result<(), CalibrationFault> {
+    let _alone = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
+    put(file, text)
+}
+
+/// The same for who writes alone.
+fn put(file: &Path, text: &str) -> Result<(), CalibrationFault> {
     let refused = |source| CalibrationFault::File {
         file: file.to_owned(),
         source,
@@ -89,6 +100,21 @@ fn write(beside: &Path, target: &Path, text: &str) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn files_that_are_written_at_once_are_whole() {
+        let folder = std::env::temp_dir().join(format!("tsukamu-at-once-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("room.toml");
+        let texts = ["a".repeat(200_000), "b".repeat(100_000)];
+        std::thread::scope(|scope| {
+            for text in &texts {
+                scope.spawn(|| (0..30).for_each(|_| save(&file, text).unwrap()));
+            }
+        });
+        assert!(texts.contains(&fs::read_to_string(&file).unwrap()));
+        fs::remove_dir_all(&folder).unwrap();
+    }
 
     #[test]
     fn a_file_of_somebody_else_stays_unless_it_is_asked_for() {

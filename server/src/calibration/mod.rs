@@ -11,3 +11,6 @@ pub mod fault;
 pub mod capture;
 
 mod file;
+
+#[cfg(test)]
+mod tests;

@@ -22,6 +22,8 @@ use crate::settings;
 
 /// Readings a second unless told otherwise, and at most.
 const RATE_HZ: (f64, f64) = (30.0, 1000.0);
+/// Fewest readings a second: below it a stream looks dead.
+const RATE_MIN_HZ: f64 = 0.1;
 /// Seconds that a pose is waited for unless told otherwise, and at most: less than a run is left alone.
 const PATIENCE_S: (f64, f64) = (30.0, 100.0);
 /// Seconds of the quick routine unless told otherwise, and at most.
@@ -91,6 +93,11 @@ impl Calibration for CalibrationService {
     ) -> Answer<Self::WatchReadingsStream> {
         let request = request.into_inner();
         let rate_hz = given(request.max_rate_hz, RATE_HZ, "max_rate_hz")?;
+        if rate_hz < RATE_MIN_HZ {
+            return Err(Status::invalid_argument(format!(
+                "max_rate_hz is {rate_hz}: it must be 0 (30 readings per second) or at least {RATE_MIN_HZ}"
+            )));
+        }
         let readings = self
             .0
             .calibration
@@ -103,15 +110,18 @@ impl Calibration for CalibrationService {
         let answers = futures_util::stream::unfold(
             start,
             |(mut backend, mut readings, mut period, mut extremes)| async move {
-                period.tick().await;
-                let reading = loop {
-                    tokio::select! {
-                        changed = readings.changed() => changed.ok()?,
-                        _ = backend.stopping.wait_for(|stops| *stops) => return None,
+                let next = async {
+                    period.tick().await;
+                    loop {
+                        readings.changed().await.ok()?;
+                        if let Some(reading) = *readings.borrow_and_update() {
+                            return Some(reading);
+                        }
                     }
-                    if let Some(reading) = *readings.borrow_and_update() {
-                        break reading;
-                    }
+                };
+                let reading = tokio::select! {
+                    reading = next => reading?,
+                    _ = backend.stopping.wait_for(|stops| *stops) => return None,
                 };
                 let answer = wire::readings(backend.status.stamp(), &reading, &mut extremes);
                 Some((Ok(answer), (backend, readings, period, extremes)))
