@@ -1,6 +1,7 @@
 //! What the daemon counts about itself, for `/metrics`, the status page and `GetStatus`.
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use prometheus_client::encoding::{EncodeLabelSet, text};
 use prometheus_client::metrics::counter::Counter;
@@ -66,6 +67,8 @@ pub struct Metrics {
     sources: SourceFamilies,
     devices: DeviceFamilies,
     streams: StreamFamilies,
+    /// Held while the sources' numbers are filled in and written: two at once would add them up.
+    writing: Mutex<()>,
 }
 
 /// Counters of the VRPN server.
@@ -155,6 +158,7 @@ impl Metrics {
             devices: DeviceFamilies::new(r.sub_registry_with_prefix("source")),
             streams: StreamFamilies::new(r),
             registry,
+            writing: Mutex::new(()),
         }
     }
 
@@ -170,6 +174,7 @@ impl Metrics {
     /// # Panics
     /// Never: writing to a string cannot fail.
     pub fn text(&self, sources: &[v1::Device]) -> String {
+        let _alone = self.writing.lock().unwrap_or_else(PoisonError::into_inner);
         self.n_frame_subscribers
             .set(self.frame_subscribers.load(Ordering::Relaxed) as i64);
         self.n_event_subscribers
@@ -369,6 +374,27 @@ mod tests {
         }
         times.note(u64::MAX);
         times.note(0);
+    }
+
+    #[test]
+    fn who_asks_at_once_is_told_the_same() {
+        let metrics = Metrics::new();
+        let glove = v1::Device {
+            name: "glove".to_owned(),
+            samples: 7,
+            ..v1::Device::default()
+        };
+        let line = "tsukamu_source_samples_total{source=\"glove\",kind=\"\"} 7\n";
+        std::thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| {
+                    for _ in 0..300 {
+                        let text = metrics.text(std::slice::from_ref(&glove));
+                        assert!(text.contains(line), "{text}");
+                    }
+                });
+            }
+        });
     }
 
     #[test]
