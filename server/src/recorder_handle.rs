@@ -83,6 +83,14 @@ impl RecorderHandle {
         }
     }
 
+    /// The same, never waiting: for the threads of devices, which have no time in any world.
+    pub fn impatient(self) -> Self {
+        Self {
+            is_patient: false,
+            ..self
+        }
+    }
+
     /// Hands over an item, or drops and counts it when the writer is behind or gone; a patient one drops it only when
     /// the writer is gone.
     pub fn offer(&self, wall_ns: u64, item: RecordItem) {
@@ -131,6 +139,9 @@ mod tests {
             );
         }
         assert_eq!(handle.dropped(), 3);
+        let handle = handle.patient().impatient();
+        handle.offer(0, RecordItem::Raw(v1::RawBytes::default()));
+        assert_eq!(handle.dropped(), 4, "it did not wait");
         drop(handle);
         assert_eq!(receiver.iter().count(), QUEUE_CAPACITY);
     }

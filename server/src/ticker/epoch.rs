@@ -68,7 +68,7 @@ impl Engine {
             .post(|batch| batch.set_recorder(Some(recorder.clone())));
         self.outlets
             .raw_tap
-            .set(recorder.options().raw.then(|| recorder.clone()));
+            .set(recorder.options().raw.then(|| recorder.clone().impatient()));
         self.recorder = Some(recorder);
         self.outlets.status.update(|status| status.recording = name);
         match again {

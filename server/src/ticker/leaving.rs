@@ -44,7 +44,7 @@ impl Engine {
     pub(super) fn post(&self, now_ns: u64, is_start: bool) {
         let (world, frame) = (&self.world, self.world.frame());
         let hands = frame.hands.iter().map(|hand| {
-            let driver = self.drivers.iter().find(|driver| driver.hand == hand.hand);
+            let driver = self.driver_of(hand.hand);
             HandNow {
                 frame: hand.clone(),
                 sample_age_s: driver.map_or(0.0, |driver| driver.age_s(now_ns)),
@@ -100,6 +100,12 @@ impl Engine {
             batch.head = Some(head);
             batch.serial = self.serial;
         });
+    }
+
+    /// Who drives a hand that is shown; nobody here drives those of a recording, though they may have the same ids.
+    fn driver_of(&self, hand: HandId) -> Option<&Driver> {
+        let mut drivers = self.drivers.iter().filter(|_| self.playback.is_none());
+        drivers.find(|driver| driver.hand == hand)
     }
 
     /// Whether each finger of a hand touches anything: objects that rest are touched by none.
@@ -175,12 +181,12 @@ impl Engine {
                 continue;
             }
             self.touches.clear();
-            self.world.contacts_of(driver.hand, &mut self.touches);
+            // What the hands of a recording touch and hold is not for those who watch it.
+            let is_live = self.playback.is_none();
+            if is_live {
+                self.world.contacts_of(driver.hand, &mut self.touches);
+            }
             if let Some(feel) = feel {
-                // What the hands of a recording touch is not for those who watch it.
-                if self.playback.is_some() {
-                    self.touches.clear();
-                }
                 feel.tell(now_ns, fingers_of(&driver.model, &self.touches));
             }
             let Feed::Remote { answers } = &driver.feed else {
@@ -192,7 +198,7 @@ impl Engine {
                 .frame()
                 .hands
                 .iter()
-                .find(|hand| hand.hand == driver.hand);
+                .find(|hand| is_live && hand.hand == driver.hand);
             answers.send_replace(DriveNow {
                 stamp: self.stamp,
                 applied_source_ns: applied.map_or(0, |applied| applied.source_ns),
