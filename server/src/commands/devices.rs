@@ -10,6 +10,7 @@ use tsukamu_devices::ports::access::Access;
 use tsukamu_devices::ports::holder::Holder;
 use tsukamu_devices::ports::{Port, Usb, list};
 use tsukamu_devices::probe::{Candidate, candidates, try_one};
+use tsukamu_server::doctor::obstacle;
 
 use super::Failure;
 use super::output::{progress_bar, say};
@@ -77,6 +78,16 @@ fn probe_named(paths: &[String], as_json: bool) -> Result<(), Failure> {
                 "{path}: is no serial port that is there; `tsukamud devices` lists them"
             )));
         }
+        if let Some(obstacle) = obstacle(path) {
+            is_all_found = false;
+            let words: Vec<String> = [obstacle.findings, obstacle.advice].concat();
+            if as_json {
+                all.push(json!({ "path": path, "found": null, "obstacle": words.join("; ") }));
+            } else {
+                say(&words.join("\n    "))?;
+            }
+            continue;
+        }
         let found = probe(path)?;
         is_all_found &= found.is_some();
         if as_json {
@@ -141,7 +152,7 @@ fn block(port: &Port) -> String {
         lines.push(format!("    {hint}"));
     }
     lines.push(format!("    {}", open_words(port)));
-    if port.links.is_empty() {
+    if port.links.is_empty() && port.usb.is_some() {
         lines.push(
             "    no lasting name: two of a kind may change places at the next plugging".to_owned(),
         );

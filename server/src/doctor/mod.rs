@@ -133,6 +133,11 @@ pub fn examine(device: &DeviceSettings, progress: &dyn Fn(&str)) -> io::Result<D
     Ok(diagnosis)
 }
 
+/// Why a port cannot be opened, as far as that can be seen without opening it; `None` when nothing is in the way.
+pub fn obstacle(path: &str) -> Option<Diagnosis> {
+    port::examine(path)
+}
+
 /// A device that sends readings.
 fn working(trial: &Trial) -> Diagnosis {
     let mut told = format!("sends {:.0} readings per second", trial.rate_hz);

@@ -1,6 +1,7 @@
 //! A serial port before it is opened.
 
 use std::fs;
+use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
 
 use tsukamu_devices::ports::access::Access;
@@ -18,6 +19,13 @@ pub(super) fn examine(path: &str) -> Option<Diagnosis> {
     if access == Access::Missing {
         return Some(missing(path, &list()));
     }
+    let target = fs::canonicalize(path).ok();
+    if target.as_deref().is_some_and(|target| !is_terminal(target)) {
+        return Some(Diagnosis::new(
+            Verdict::NotADevice,
+            format!("{path} is not a serial port"),
+        ));
+    }
     if let Access::Denied { group, .. } = &access {
         let whose = if group.is_empty() {
             "a folder above it is closed to this user".to_owned()
@@ -33,13 +41,26 @@ pub(super) fn examine(path: &str) -> Option<Diagnosis> {
             None => diagnosis,
         });
     }
-    let target = fs::canonicalize(path).ok()?;
-    let held = holders(Path::new("/proc"), &target);
+    let held = holders(Path::new("/proc"), &target?);
     // An emulator holds both ends of its own line.
     let other = held
         .iter()
         .find(|holder| holder.pid != std::process::id() && !is_emulator(holder));
     other.map(|holder| busy(path, holder))
+}
+
+/// Whether it can be a serial line: a device of characters, and one of those that the kernel counts as terminals.
+fn is_terminal(target: &Path) -> bool {
+    if !fs::metadata(target).is_ok_and(|found| found.file_type().is_char_device()) {
+        return false;
+    }
+    let terminals = Path::new("/sys/class/tty");
+    let is_known = || {
+        target
+            .file_name()
+            .is_some_and(|name| terminals.join(name).exists())
+    };
+    target.starts_with("/dev/pts") || !terminals.exists() || is_known()
 }
 
 /// Whether that is `tsukamud emulate`, which keeps its own end of a pseudo-terminal open.
@@ -101,6 +122,15 @@ mod tests {
             driver: String::new(),
             access: Access::Granted,
             holders: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn what_is_no_serial_line_is_told_so_and_nobody_is_to_be_killed_for_it() {
+        for path in ["/dev/null", "/tmp", "/proc/self/status"] {
+            let seen = examine(path).unwrap();
+            assert_eq!(seen.verdict, Verdict::NotADevice, "{path}: {seen:?}");
+            assert!(seen.advice.is_empty(), "{path}: {seen:?}");
         }
     }
 

@@ -12,7 +12,7 @@ use tsukamu_proto::v1::{
 
 use super::args::CalibrateArgs;
 use super::stage::{Show, Stage, enter};
-use super::{quality, write_here};
+use super::{quality, unsaved, write_here};
 use crate::cli::args::SideArg;
 use crate::cli::format::{count, printable};
 use crate::cli::{output, refusal};
@@ -304,10 +304,7 @@ async fn finish(
         (None, "") if args.no_save => {
             "not saved, as asked: the daemon forgets it when it ends".to_owned()
         }
-        (None, "") => format!(
-            "not saved: the settings name no calibration file for {}; -o FILE writes one here, for `calibration = \"FILE\"`",
-            args.device
-        ),
+        (None, "") => unsaved(args, "calibration"),
         (None, file) => format!("saved: {}", printable(file)),
     })?;
     Ok(())

@@ -18,6 +18,7 @@ mod stage;
 /// A tracker: the room, or the wrist.
 mod tracker;
 
+use super::format::printable;
 use args::CalibrateArgs;
 
 pub(crate) async fn calibrate(client: &Client, args: &CalibrateArgs, as_json: bool) -> Result<()> {
@@ -28,6 +29,18 @@ pub(crate) async fn calibrate(client: &Client, args: &CalibrateArgs, as_json: bo
     } else {
         glove::glove(client, args, as_json).await
     }
+}
+
+/// What to do so that the daemon still has it after its next start; `key` is the one of the device that names a file.
+fn unsaved(args: &CalibrateArgs, key: &str) -> String {
+    let device = printable(&args.device);
+    args.output.as_ref().map_or_else(
+        || format!("not kept: the settings name no file for {device}; -o FILE writes one here, for `{key} = \"FILE\"`"),
+        |file| {
+            let file = file.display();
+            format!("to keep it: `{key} = \"{file}\"` in the [[device]] of {device}")
+        },
+    )
 }
 
 /// Writes a result; a file that is there is replaced only if that is wanted.

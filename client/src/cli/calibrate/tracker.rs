@@ -10,7 +10,7 @@ use tsukamu_proto::v1::{
 
 use super::args::{CalibrateArgs, Point};
 use super::stage::{Show, Stage, enter};
-use super::write_here;
+use super::{unsaved, write_here};
 use crate::cli::format::printable;
 use crate::cli::{output, refusal};
 
@@ -178,9 +178,7 @@ fn told(
     }
     output::line(&match (refused, file) {
         (Some(refused), _) => format!("not saved: {}", printable(refused)),
-        (None, "") => {
-            format!("not saved: -o FILE writes the lines above here, for `{key} = \"FILE\"`")
-        }
+        (None, "") => unsaved(args, key),
         (None, file) => format!("saved: {}", printable(file)),
     })?;
     Ok(())

@@ -165,7 +165,7 @@ fn place(keys: &mut Keys<'_>, sheet: &mut Sheet<'_>) -> Option<Place> {
         let lasting = find(Path::new(path)).and_then(|port| port.links.first().cloned());
         let instead = lasting.map_or_else(
             || {
-                "name it by a link in /dev/serial/by-id or /dev/serial/by-path, or one of your own"
+                "name it by a link in /dev/serial/by-id or /dev/serial/by-path (`tsukamud devices` lists them), or one of your own"
                     .to_owned()
             },
             |link| format!("write {:?}", link.display().to_string()),
