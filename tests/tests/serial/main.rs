@@ -7,7 +7,14 @@
 )]
 
 mod calibrate;
+mod drivers;
+mod drivers_held;
+mod drivers_kinds;
+mod drivers_lab;
+mod drivers_ordeal;
+mod drivers_vrpn;
 mod feedback;
+mod probe;
 mod recovery;
 mod rig;
 mod seen;

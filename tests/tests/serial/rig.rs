@@ -54,29 +54,50 @@ impl Drop for Folder {
     }
 }
 
-/// When the motion began; before that the hand stands as at its beginning.
+/// How far the motion is; before it begins the hand stands as at its beginning.
 #[derive(Debug, Default)]
-pub(crate) struct Stage(Mutex<Option<Instant>>);
+pub(crate) struct Stage(Mutex<Played>);
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Played {
+    /// How far it was when it last stood, seconds.
+    before_s: f64,
+    /// Since when it goes on, if it does.
+    since: Option<Instant>,
+}
 
 impl Stage {
     /// The motion begins, or begins again.
     pub(crate) fn begin(&self) {
-        self.set(Some(Instant::now()));
+        self.set(0.0, Some(Instant::now()));
     }
 
     /// The hand goes back to where it begins.
     pub(crate) fn rest(&self) {
-        self.set(None);
+        self.set(0.0, None);
     }
 
-    fn set(&self, start: Option<Instant>) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = start;
+    /// The hand stands where it is.
+    pub(crate) fn stand(&self) {
+        self.set(self.time_s(), None);
+    }
+
+    /// The hand goes on from where it stands.
+    pub(crate) fn go_on(&self) {
+        self.set(self.time_s(), Some(Instant::now()));
+    }
+
+    fn set(&self, before_s: f64, since: Option<Instant>) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Played { before_s, since };
     }
 
     /// Time of the motion, seconds.
     pub(crate) fn time_s(&self) -> f64 {
-        let start = *self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        start.map_or(0.0, |start| start.elapsed().as_secs_f64())
+        let played = *self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let since_s = played
+            .since
+            .map_or(0.0, |since| since.elapsed().as_secs_f64());
+        played.before_s + since_s
     }
 }
 
@@ -84,8 +105,8 @@ impl Stage {
 pub(crate) struct Worn {
     pub(crate) stage: Arc<Stage>,
     hand: Arc<SyntheticHand>,
-    glove: PtyEmulator<CyberGloveEmulator>,
-    tracker: PtyEmulator<FastrakEmulator>,
+    pub(crate) glove: PtyEmulator<CyberGloveEmulator>,
+    pub(crate) tracker: PtyEmulator<FastrakEmulator>,
 }
 
 impl Worn {

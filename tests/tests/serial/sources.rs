@@ -16,7 +16,7 @@ use crate::{MOVED_M, is_released_by_loss, is_released_by_the_hand};
 type Spawn = fn(Worn) -> std::io::Result<Sender>;
 
 /// A port that nobody has.
-fn free_port() -> u16 {
+pub(crate) fn free_port() -> u16 {
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
     socket.local_addr().unwrap().port()
 }
