@@ -50,7 +50,7 @@ pub enum RoomFault {
     #[error("a third point is missing: touch the table beyond the edge")]
     NoThird,
     /// A number is not finite, or beyond any tracker.
-    #[error("a point is not finite or farther than 100 m")]
+    #[error("a point is not finite or farther than 100 m, or the transmitter would be")]
     Wild,
     /// The first two points are nearly one.
     #[error(
@@ -107,11 +107,13 @@ pub fn room(points: &TablePoints, world_corner: Point3<f64>) -> Result<Room, Roo
     let n = all().count() as f64;
     // The corner as it was touched is off the plane by its own error; the plane is the better height.
     let corner = points.corner - up * up.dot(&(points.corner - centre));
+    let place = world_corner - rotation * corner;
+    // The settings take no farther one, and a file of it would keep the daemon from starting.
+    if !is_sane(place.into()) {
+        return Err(RoomFault::Wild);
+    }
     Ok(Room {
-        world_from_transmitter: Isometry3::from_parts(
-            Translation3::from(world_corner - rotation * corner),
-            rotation,
-        ),
+        world_from_transmitter: Isometry3::from_parts(Translation3::from(place), rotation),
         residual_m: (heights.map(|height| height * height).sum::<f64>() / n).sqrt(),
         edge_m,
     })
@@ -239,6 +241,18 @@ mod tests {
         check(&near, "not finite");
         near.along_edge.x = 1e9;
         check(&near, "farther than 100 m");
+        let mut far = touched(&[[0.0, 0.0, -0.4]]);
+        let step = Vector3::new(90.0, 0.0, 0.0);
+        far.corner += step;
+        far.along_edge += step;
+        far.on_table[0] += step;
+        let corner = world() * far.corner;
+        assert!(
+            room(&far, corner).is_ok(),
+            "the transmitter is where it was"
+        );
+        let beyond = room(&far, Point3::from(-(world() * step))).unwrap_err();
+        assert_eq!(beyond, RoomFault::Wild);
     }
 
     #[test]

@@ -8,6 +8,7 @@ mod frames;
 mod front;
 mod hands;
 mod mid_session;
+mod readings;
 mod recordings;
 mod rude_clients;
 mod rude_scenes;
