@@ -1,5 +1,6 @@
 //! Devices are looked after: their rate, their gaps, their range and their clock, each with what is wrong in plain words.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -20,6 +21,8 @@ use super::warning::{Change, Observed, Warnings};
 
 /// How often every device is looked at.
 const PERIOD: Duration = Duration::from_millis(500);
+/// The same warning about the same device is written once in this time, nanoseconds.
+const WRITTEN_NS: u64 = 60_000_000_000;
 /// Seconds over which a rate is judged.
 const RATE_SECONDS: u64 = 2;
 
@@ -126,16 +129,48 @@ pub(super) fn fill_gaps(device: &mut v1::Device, gaps: &Gaps) {
     device.gap_sum_s = gaps.sum_s;
 }
 
+/// Which warnings the log has been told of: one that comes and goes without end is written once in a while.
+#[derive(Debug, Default)]
+struct Written(BTreeMap<(String, &'static str), Line>);
+
+/// The last line about one warning.
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    at_ns: u64,
+    /// Whether its end is to be written too.
+    is_open: bool,
+}
+
+impl Written {
+    /// Whether what begins or ends at a monotonic time is to be written.
+    fn is_due(&mut self, device: &str, change: &Change, now_ns: u64) -> bool {
+        let key = (device.to_owned(), change.code.name());
+        let last = self.0.get_mut(&key);
+        if change.text.is_none() {
+            return last.is_some_and(|line| std::mem::take(&mut line.is_open));
+        }
+        let is_due = last.is_none_or(|line| now_ns.saturating_sub(line.at_ns) >= WRITTEN_NS);
+        if is_due {
+            let (at_ns, is_open) = (now_ns, true);
+            self.0.insert(key, Line { at_ns, is_open });
+        }
+        is_due
+    }
+}
+
 /// Looks after all devices, without end. What begins and what ends is one line of the log each.
 pub async fn supervise(sources: Sources, clock: Clock) {
     let mut period = interval(PERIOD);
     period.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut written = Written::default();
     loop {
         period.tick().await;
         let now_ns = clock.monotonic_ns();
         for source in sources.all() {
             for change in source.look(now_ns) {
-                log(&source, &change);
+                if written.is_due(&source.name, &change, now_ns) {
+                    log(&source, &change);
+                }
             }
         }
     }
@@ -151,9 +186,29 @@ fn log(source: &Arc<Source>, change: &Change) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::warning::Code;
     use super::*;
 
     const S: u64 = 1_000_000_000;
+
+    #[test]
+    fn a_warning_that_comes_and_goes_is_written_once_a_minute() {
+        let mut written = Written::default();
+        let change = |is_begin: bool| Change {
+            code: Code::Silent,
+            text: is_begin.then(String::new),
+        };
+        let mut n_lines = [0; 2];
+        // It speaks every other second, for ten minutes.
+        for second in 0..600 {
+            let is_begin = second % 2 == 0;
+            if written.is_due("wrist", &change(is_begin), second * S) {
+                n_lines[usize::from(is_begin)] += 1;
+            }
+        }
+        assert_eq!(n_lines, [10, 10]);
+        assert!(written.is_due("fingers", &change(true), 600 * S));
+    }
 
     #[test]
     fn a_device_says_what_is_wrong_with_it() {
