@@ -168,7 +168,10 @@ mod tests {
                 while !stop.load(Ordering::Acquire) {
                     std::thread::park_timeout(Duration::from_millis(5));
                 }
-                std::thread::sleep(LAST_WORDS);
+                let end = Instant::now() + LAST_WORDS;
+                while Instant::now() < end {
+                    std::thread::park_timeout(end.saturating_duration_since(Instant::now()));
+                }
             })
         };
         let threads: Vec<PortThread> = (0..32).map(|n| thread(n).unwrap()).collect();
