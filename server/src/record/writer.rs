@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::sync::mpsc::RecvTimeoutError;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -19,7 +19,7 @@ use tsukamu_proto::v1;
 use super::RecordFault;
 use super::channels::{Topic, encode, schema_bytes};
 use super::staged::Staged;
-use crate::recorder_handle::{Record, RecordItem};
+use crate::recorder_handle::{Record, RecordItem, Records};
 
 /// How often what was recorded goes to the disk: what a `kill -9` can cost, with a margin to the promised second.
 const SYNC_PERIOD: Duration = Duration::from_millis(500);
@@ -209,7 +209,7 @@ impl RecordingFile {
 
 impl RecordingThread {
     /// Writes what comes through the channel until every sender is gone. `dropped` counts what did not come through.
-    pub fn spawn(file: RecordingFile, records: Receiver<Record>, dropped: Arc<AtomicU64>) -> Self {
+    pub fn spawn(file: RecordingFile, records: Records, dropped: Arc<AtomicU64>) -> Self {
         Self(std::thread::spawn(move || {
             // Who stops the recording is told too; until then nobody would know.
             write_all(file, &records, &dropped)
@@ -228,7 +228,7 @@ impl RecordingThread {
 
 fn write_all(
     mut file: RecordingFile,
-    records: &Receiver<Record>,
+    records: &Records,
     dropped: &AtomicU64,
 ) -> Result<Finished, RecordFault> {
     let mut next_sync = Instant::now() + SYNC_PERIOD;
