@@ -134,10 +134,7 @@ pub(super) fn emulate(args: &EmulateArgs) -> Result<(), Failure> {
         })
         .collect();
     match wanted.as_slice() {
-        [one] if one.kind.role != Role::Both => {
-            say(&plugged[0].path().display().to_string())?;
-            tell(&tables.concat());
-        }
+        [one] if one.kind.role != Role::Both => say(tables.concat().trim_end())?,
         [_] => say(&sample_settings(&tables, "glove", side, &scene))?,
         _ => say(&sample_settings(&tables, "tracker", side, &scene))?,
     }

@@ -28,9 +28,19 @@
 //! | key | unit, bounds | default |
 //! | --- | --- | --- |
 //! | `name` | text, unique | must be given |
-//! | `kind` | `"cyberglove"` or `"fastrak"` | must be given |
-//! | `port` | the port's path, best one of `/dev/serial/by-id` | must be given |
-//! | `bauds` | bit/s, tried in turn; at most 8 | `[115200]` |
+//! | `kind` | gloves: `"cyberglove"`, `"5dt"`, `"lucidglove"`, `"opencyberglove"`, `"delimited"`; trackers: `"fastrak"`, `"isotrak"`, `"liberty"`, `"flock"`; either or both: `"vrpn"`, `"vmc"`, `"rokoko"`, `"udcap"` | must be given |
+//! | `port` | the port's path, one of `/dev/serial/by-id`, `by-path` or a link of your own, never `/dev/ttyUSB0`; `udp:PORT`, `tcp:HOST:PORT`, `tcp-listen:PORT`; `vrpn`: `DEVICE@HOST` | must be given |
+//! | `bauds` | bit/s, 50 to 4 000 000, tried in turn; at most 8 | that of the device, mostly `[115200]` |
+//! | `expected_rate_hz` | samples per second that it should have, 0.1 to 10 000; below 0.8 of that it is said to be slow | what the driver asks for |
+//! | `model` | `5dt`: `"5"`, `"5w"` (wireless), `"14"` or `"16"`, must be given; `isotrak`: `"isotrak2"` or `"3space"` | `isotrak`: `"isotrak2"` |
+//! | `order` | `5dt` of 5: `"by_hand"`, `"thumb_first"` or `"little_first"`; `opencyberglove`: what its 19 values are, each a sensor or `"skip"` | `"by_hand"`; as published |
+//! | `autocalibrate` | `5dt`, `delimited`, `opencyberglove`: `true`: each sensor's range is learnt while the glove is worn, where no calibration says it | `false` |
+//! | `columns` | `delimited`: what a line holds, from the left: `"time"`, `"skip"`, a sensor, a finger, or several joined by `+`; at most 64 | must be given, or `layout` |
+//! | `layout` | `delimited`: `"homunculus"`: the columns and range of a LeRobot Homunculus | none |
+//! | `raw_range` | `delimited`: `[straight, bent]` raw values | `[0, 1023]` |
+//! | `time_unit` | `delimited`: of the column `time`: `"s"`, `"ms"`, `"us"` or `"ticks"` | `"ms"` |
+//! | `separators`, `prefix`, `start` | `delimited`: what parts columns, what a line begins with, what is sent at the start; at most 256 bytes | `",; \t"`, none, none |
+//! | `actor` | `rokoko`: name of the actor, where several are sent | the first |
 //! | `sensors` | `cyberglove`: 18 or 22 | the glove's own answer |
 //! | `sampling` | `cyberglove`: `"stream"` or `"poll"` (100 Hz) | `"stream"` |
 //! | `sample_rate_hz` | `cyberglove`: Hz, 0.01 to 1000 | 100 |
@@ -39,16 +49,24 @@
 //! | `feedback` | `lucidglove`: `false`: the fingers are never stopped | `true` |
 //! | `feedback_max` | `lucidglove`: the number that blocks a finger, 1 to 65535; 1000 for the firmware, 4095 for the stand-alone library | 1000 |
 //! | `haptics` | `lucidglove`: `true`: a touch is also a short vibration, of gloves that have it | `false` |
-//! | `calibration` | `cyberglove`: the wearer's calibration file, beside the settings | none: factory means |
-//! | `stations` | `fastrak`: stations in use, 1 to 4; they share the rate | `[1]` |
+//! | `calibration` | gloves: the wearer's calibration file, beside the settings | none: factory means |
+//! | `stations` | stations in use: `fastrak` 1 to 4, they share the rate; `isotrak` 1 and 2; `liberty` 1 to 16 | `[1]` |
 //! | `encoding` | `fastrak`: `"binary"` or `"ascii"` | `"binary"` |
-//! | `hemisphere` | `fastrak`: `[x, y, z]` toward the receivers, transmitter space | the unit's own |
+//! | `hemisphere` | `fastrak`, `isotrak`, `liberty`: `[x, y, z]` toward the receivers, transmitter space; `flock`: `"forward"`, `"rear"`, `"upper"`, `"lower"`, `"left"` or `"right"` | the unit's own |
+//! | `position_filter`, `attitude_filter` | `fastrak`, `isotrak`, `liberty`: the unit's own filter, `[sensitivity, low, high, factor]`, 0 to 1 each | the unit's own |
+//! | `counter` | `liberty`: its clock: `"time"` or `"frames"` | `"time"` |
+//! | `stylus` | `liberty`: `true`: its button too | `false` |
+//! | `birds` | `flock`: addresses in use, 1 to 14 | `[1]` |
+//! | `group` | `flock`: `true`: the birds are on a bus and answer in a group | whether `birds` is anything but `[1]` |
+//! | `output` | `flock`: `"quaternion"` or `"angles"` | `"quaternion"` |
+//! | `invert_quaternion` | `flock`: `true`: every rotation turned round, for firmware that sends them so | `false` |
+//! | `buttons` | `flock`: `true`: its buttons too | `false` |
 //! | `space` | `vrpn`: axes of its poses: `"y_up"`, `"z_up"` or `"z_down"`; VRPN itself does not say | `"y_up"` |
-//! | `scale` | `vrpn`: metres per unit of its positions, above 0 up to 1000 | 1 |
+//! | `scale` | `vrpn`: metres per unit of its positions, above 0 up to 1000; `flock`: its range, `"36in"`, `"72in"` or `"144in"` | 1; `"36in"` |
 //! | `channels` | `vrpn`: what each channel measures, from channel 0: names as in calibration files, or `"-"` | none: no glove |
-//! | `unit` | `vrpn`: of the channels: `"degrees"`, `"radians"`, or `"raw"` for counts to be calibrated | `"degrees"` |
-//! | `transmitter_position` | `fastrak`: `[x, y, z]` m, world space, within 100 | `[0, 0, 0]` |
-//! | `transmitter_rotation_deg` | `fastrak`: `[yaw, pitch, roll]` °, of the transmitter as the driver reports it, y up | `[0, 0, 0]` |
+//! | `unit` | `vrpn`: of the channels: `"degrees"`, `"radians"`, or `"raw"` for counts to be calibrated; `delimited`: `"raw"`, `"deg"` or `"rad"` | `"degrees"`; `"raw"` |
+//! | `transmitter_position` | trackers: `[x, y, z]` m, world space, within 100 | `[0, 0, 0]` |
+//! | `transmitter_rotation_deg` | trackers: `[yaw, pitch, roll]` °, of the transmitter as the driver reports it, y up | `[0, 0, 0]` |
 //! | `room` | trackers: a file of these two keys alone, beside the settings, in their place; `tsukamu calibrate --room` writes it | none |
 //!
 //! Each `[[hand]]`, a hand driven by devices:
@@ -57,9 +75,9 @@
 //! | --- | --- | --- |
 //! | `name` | text, unique | must be given |
 //! | `side` | `"left"` or `"right"` | must be given |
-//! | `glove` | name of a `cyberglove` device | must be given |
-//! | `tracker` | name of a `fastrak` device | must be given |
-//! | `station` | station of that tracker, 1 to 4 | 1 |
+//! | `glove` | name of a device that is a glove | must be given |
+//! | `tracker` | name of a device that is a tracker; may be the same | must be given |
+//! | `station` | station of that tracker, one that it has in use | 1; by `side` where a source sends both hands |
 //! | `scale` | size of the hand against an adult's, 0.5 to 2 | 1 |
 //! | `point_radius` | m, 0 to 0.05: how far contact points stand out from the joints | 0 |
 //! | `palm_contacts` | `true`: the palm touches too | `false` |
