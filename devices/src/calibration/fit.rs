@@ -2,7 +2,7 @@
 //!
 //! Each sensor gets the line through the flat pose (0°) and the pose in which it is as far as it goes. The
 //! thumb's rotation sensor also bends when the thumb is only spread: with the thumb across the palm and spread, both
-//! sensors known, its angle becomes a·rotation + b·abduction, with b as a [`Coupling`].
+//! sensors known, its angle becomes a·rotation + b·abduction, with b as a `Coupling`.
 
 use std::collections::BTreeSet;
 

@@ -1,7 +1,7 @@
 //! A pose that is held: when the hand is still, and what the sensors read meanwhile.
 //!
 //! Stillness has no unit of its own, for gloves send counts of 8 or 12 bits or degrees: a sensor is still while its mean
-//! over three thirds of a window stays within a few per cent of its [reach](Scales::reach), or within what its own noise
+//! over three thirds of a window stays within a few per cent of its reach, or within what its own noise
 //! explains. A few restless sensors do not keep the others waiting.
 
 use std::collections::VecDeque;

@@ -326,10 +326,30 @@ async fn three_points_and_a_flat_hand_put_the_wrist_where_it_is() {
     let seen = Seen::connect(&daemon).await;
     seen.devices_become("running").await;
     let mut client = client(&daemon).await;
+    find_the_room(&mut client, &wearer, &folder).await;
+
+    let wrist = Isometry3::translation(0.1, 0.03, -0.2);
+    *wearer.wrist.lock().unwrap() = wrist;
+    let sensor =
+        (wearer.place.world_from_transmitter.inverse() * wrist * wearer.place.wrist_from_sensor)
+            .translation
+            .vector;
+    find_the_mount(&mut client, &wearer, &folder, sensor).await;
+
+    // In force at once: the hand is where it is.
+    let shown = async {
+        while (seen.wrist().await.translation.vector - wrist.translation.vector).norm() > 0.005 {}
+    };
+    soon("the wrist in its place", shown).await;
+    daemon.shutdown().await.unwrap();
+}
+
+/// Three points of the table say where the transmitter stands; three in a line do not.
+async fn find_the_room(client: &mut CalibrationClient<Channel>, wearer: &Wearer, folder: &Folder) {
     let table = [[-0.2, 0.0, 0.1], [0.4, 0.0, 0.1], [0.1, 0.0, -0.5]];
     let mut points = Vec::new();
     for point in table {
-        points.push(touched(&mut client, &wearer, point).await);
+        points.push(touched(client, wearer, point).await);
     }
     let room = |points: Vec<v1::Vec3>| v1::SetRoomRequest {
         device: "tracker".to_owned(),
@@ -353,15 +373,17 @@ async fn three_points_and_a_flat_hand_put_the_wrist_where_it_is() {
     let saved = settings::room::load(&folder.file("room.toml")).unwrap();
     let error = saved.inverse() * wearer.place.world_from_transmitter;
     assert!(error.translation.vector.norm() < 0.002 && error.rotation.angle() < 0.005);
+}
 
-    let wrist = Isometry3::translation(0.1, 0.03, -0.2);
-    *wearer.wrist.lock().unwrap() = wrist;
-    let sensor =
-        (wearer.place.world_from_transmitter.inverse() * wrist * wearer.place.wrist_from_sensor)
-            .translation
-            .vector;
+/// A hand that lies flat says how the sensor sits on it, once it lies where `sensor` is, in the tracker's space.
+async fn find_the_mount(
+    client: &mut CalibrationClient<Channel>,
+    wearer: &Wearer,
+    folder: &Folder,
+    sensor: Vector3<f64>,
+) {
     let flat = loop {
-        let held = held(&mut client).await;
+        let held = held(client).await;
         let at = held.pose.unwrap().position.unwrap();
         if (Vector3::new(at.x, at.y, at.z) - sensor).norm() < 0.001 {
             break held;
@@ -394,11 +416,4 @@ async fn three_points_and_a_flat_hand_put_the_wrist_where_it_is() {
     );
     let error = saved.mount.wrist_from_sensor().inverse() * wearer.place.wrist_from_sensor;
     assert!(error.translation.vector.norm() < 0.003 && error.rotation.angle() < 0.01);
-
-    // In force at once: the hand is where it is.
-    let shown = async {
-        while (seen.wrist().await.translation.vector - wrist.translation.vector).norm() > 0.005 {}
-    };
-    soon("the wrist in its place", shown).await;
-    daemon.shutdown().await.unwrap();
 }

@@ -5,6 +5,10 @@
     clippy::unwrap_used,
     reason = "a test ends where what it stands on is missing"
 )]
+#![allow(
+    clippy::print_stdout,
+    reason = "measured figures, for whoever runs with --nocapture"
+)]
 
 mod calibrate;
 mod drivers;

@@ -260,8 +260,10 @@ async fn a_glove_that_is_plugged_in_again_is_back_at_once_and_costs_the_tracker_
         let is_new = |hand: &HandView| is_tracked(hand) && apart_m(&hand.tracked, &shown) > SAME_M;
         shown = hand_that(&mut frames, is_new).await.tracked;
         let whole = plugged.elapsed();
-        let line = lock(&lab.glove_line);
-        let (first, last) = (line.first_heard.unwrap(), line.last_heard.unwrap());
+        let (first, last) = {
+            let line = lock(&lab.glove_line);
+            (line.first_heard.unwrap(), line.last_heard.unwrap())
+        };
         // Between the first command and the last the device is being started, at its own pace.
         let beyond = whole - (last - first);
         println!(
@@ -269,7 +271,6 @@ async fn a_glove_that_is_plugged_in_again_is_back_at_once_and_costs_the_tracker_
             last - first
         );
         took.push(beyond);
-        drop(line);
         // Let it settle, so that the next frame is not that of the fingers on their way.
         shown = hand_that(&mut frames, |hand| apart_m(&hand.tracked, &shown) < 1e-9)
             .await

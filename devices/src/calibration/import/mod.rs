@@ -1,7 +1,7 @@
 //! Calibration files of other programs. Text in, a calibration and what is doubtful about it out.
 //!
 //! None of these formats says for which firmware or wearer it is, and one of them is known from readers alone: look at the
-//! angles in [`Imported::sensors`] before they are used.
+//! angles in `Imported::sensors` before they are used.
 
 /// A line per sensor through two points.
 pub mod two_point;
