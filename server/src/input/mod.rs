@@ -32,6 +32,8 @@ pub mod reach;
 pub mod remote;
 /// The measured error of a stream's prediction.
 pub mod score;
+/// What a source says.
+pub mod seen;
 /// Gloves and trackers on serial ports.
 pub mod serial;
 /// One source as seen from outside: its lane to the tick and its statistics.

@@ -4,13 +4,13 @@ use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use nalgebra::Isometry3;
 use tokio::sync::watch;
 use tsukamu_proto::v1;
-use tsukamu_world::hand::sample::{FingerPose, HandSample, JointAngles};
 use tsukamu_world::state::HandId;
 
 use crate::convert::device::hand_stream;
+
+pub use super::seen::{Arrived, Seen};
 
 use super::feedback::Feel;
 use super::fusion::StreamReport;
@@ -20,70 +20,6 @@ use super::supervise::{Supervised, fill_gaps};
 /// Samples that wait for a step, at most: the newest wins, the others are kept for the recording only. A glove and a
 /// tracker together send some 250 per second, and a scene may step as slowly as once in one.
 const LANE_CAPACITY: usize = 1024;
-
-/// Largest joint angle that is believed, rad: no hand has it, and what reckons with it stays finite. One number near the
-/// end of floats would stay in a filter for good.
-const ANGLE_MAX_RAD: f64 = 1000.0;
-
-/// What a source has seen; `None` says that it has lost the hand. A glove and a tracker speak of one half each, at rates
-/// and times of their own.
-#[derive(Clone, Debug, PartialEq)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "a box would allocate for every sample, and they are few"
-)]
-pub enum Seen {
-    /// A whole hand.
-    Whole(Option<HandSample>),
-    /// A tracker: `world_from_wrist`.
-    Wrist(Option<Isometry3<f64>>),
-    /// A glove: the joint angles.
-    Fingers(Option<JointAngles>),
-}
-
-impl Seen {
-    /// Whether nothing of it is a number that is none, or beyond the reach of a world or a joint.
-    fn is_valid(&self) -> bool {
-        let is_valid = |wrist: &Isometry3<f64>, angles: &JointAngles| {
-            let (wrist, fingers) = (*wrist, FingerPose::Angles(*angles));
-            HandSample { wrist, fingers }.is_valid()
-        };
-        // Written so that an angle that is not a number fails too.
-        let are_angles = |angles: &JointAngles| {
-            let list = angles.to_list();
-            list.iter().all(|angle| angle.abs() <= ANGLE_MAX_RAD)
-        };
-        match self {
-            Self::Whole(sample) => sample.as_ref().is_none_or(|sample| {
-                let are_angles = match &sample.fingers {
-                    FingerPose::Angles(angles) => are_angles(angles),
-                    FingerPose::Points(_) => true,
-                };
-                are_angles && sample.is_valid()
-            }),
-            Self::Wrist(wrist) => wrist
-                .as_ref()
-                .is_none_or(|wrist| is_valid(wrist, &JointAngles::default())),
-            Self::Fingers(angles) => angles.as_ref().is_none_or(are_angles),
-        }
-    }
-}
-
-/// A sample on its way to the tick.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Arrived {
-    /// The source's own stamp in nanoseconds, 0 where it has none.
-    pub source_ns: u64,
-    /// Arrival, monotonic nanoseconds of the daemon.
-    pub arrival_ns: u64,
-    /// When the source took it, as far as that can be told, monotonic nanoseconds of the daemon; the arrival where
-    /// nothing more is known, and never later.
-    pub fitted_ns: u64,
-    /// The device's own counter with what is new; `None` where it has none.
-    pub ticks: Option<u64>,
-    /// What was seen.
-    pub seen: Seen,
-}
 
 /// What a source is, where it is, and how it does. Shared by whoever fills it, the tick, and those who ask.
 #[derive(Debug)]
@@ -372,7 +308,8 @@ impl Default for Sources {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Translation3;
+    use nalgebra::{Isometry3, Translation3};
+    use tsukamu_world::hand::sample::{FingerPose, HandSample, JointAngles};
 
     use super::*;
 
@@ -407,30 +344,6 @@ mod tests {
         let device = source.device(n);
         let counts = (device.samples, device.superseded, device.dropped);
         assert_eq!(counts, (n + 4, 36, 4));
-    }
-
-    #[test]
-    fn angles_that_no_joint_has_are_dropped() {
-        let source = Sources::new().add("a", "hand", String::new(), "running");
-        let with = |angle: f64| JointAngles {
-            palm_arch: angle,
-            ..JointAngles::default()
-        };
-        let whole = |angle: f64| {
-            let (wrist, fingers) = (Isometry3::identity(), FingerPose::Angles(with(angle)));
-            Seen::Whole(Some(HandSample { wrist, fingers }))
-        };
-        for bad in [f64::NAN, f64::INFINITY, f64::MAX, -1.0e300] {
-            for seen in [Seen::Fingers(Some(with(bad))), whole(bad)] {
-                let good = arrived(1, 0.0);
-                source.offer(Arrived { seen, ..good });
-            }
-        }
-        assert_eq!(source.n_dropped(), 8);
-        let good = arrived(1, 0.0);
-        let seen = Seen::Fingers(Some(with(-7.0)));
-        source.offer(Arrived { seen, ..good });
-        assert_eq!(source.n_dropped(), 8);
     }
 
     #[test]
