@@ -66,7 +66,8 @@ fn lines(answer: &ListDevicesResponse) -> Vec<String> {
     let mut lines = Vec::from_iter(table.next());
     for (device, line) in answer.devices.iter().zip(table) {
         lines.push(line);
-        if !device.error.is_empty() {
+        let is_told = |warning: &DeviceWarning| warning.text.contains(&device.error);
+        if !device.error.is_empty() && !device.warnings.iter().any(is_told) {
             let error = state_style(device).apply_to(printable(&device.error));
             lines.push(format!("  {error}"));
         }

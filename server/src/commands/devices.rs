@@ -5,6 +5,7 @@ use std::path::Path;
 use clap::Args;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
+use tsukamu_devices::driver::Driver;
 use tsukamu_devices::place::Place;
 use tsukamu_devices::ports::access::Access;
 use tsukamu_devices::ports::holder::Holder;
@@ -130,8 +131,15 @@ fn found_words(found: Option<&Found>) -> String {
     found.map_or_else(
         || "answers in no protocol that is known".to_owned(),
         |found| {
+            // Its older encoding is numbers with commas, as many boards print them.
+            let alike = match found.candidate.driver {
+                Driver::LucidGlove(_) => {
+                    "; a board of your own that prints numbers looks alike: kind = \"delimited\""
+                }
+                _ => "",
+            };
             format!(
-                "{}, {:.0} readings per second",
+                "{}, {:.0} readings per second{alike}",
                 found.candidate, found.rate_hz
             )
         },

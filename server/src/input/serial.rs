@@ -370,7 +370,12 @@ impl DeviceOfPort {
                 self.post(stamp_ns, DeviceNews::Lost { device, reason });
             }
             News::Returned { absent_s } => {
-                info!(device = self.row.name, absent_s, "device is back");
+                let rounded_s = (absent_s * 1.0e3).round() / 1.0e3;
+                info!(
+                    device = self.row.name,
+                    absent_s = rounded_s,
+                    "device is back"
+                );
                 let device = name();
                 self.post(stamp_ns, DeviceNews::Returned { device, absent_s });
             }

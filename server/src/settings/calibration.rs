@@ -19,7 +19,9 @@ pub fn load(file: &Path) -> Result<GloveCalibration, Mistakes> {
 
 fn unreadable(fault: &std::io::Error) -> String {
     let hint = match fault.kind() {
-        std::io::ErrorKind::NotFound => "; `tsukamu calibrate DEVICE -o FILE` makes one",
+        std::io::ErrorKind::NotFound => {
+            "; leave it out, and `tsukamu calibrate DEVICE -o FILE` makes one while the daemon runs"
+        }
         _ => "",
     };
     format!("cannot be read: {fault}{hint}")
