@@ -310,7 +310,10 @@ impl DeviceOfPort {
     /// A device that is back says the same of itself as before: that is no news.
     fn identify(&mut self, about: &DeviceInfo) {
         self.times.set_tick(about.tick_ns);
-        if let Some(rate_hz) = about.rate_hz {
+        let said = about
+            .rate_hz
+            .filter(|rate_hz| rate_hz.is_finite() && *rate_hz > 0.0);
+        if let Some(rate_hz) = said {
             self.row.expect_rate(rate_hz);
         }
         let identity = format!(
