@@ -187,7 +187,8 @@ fn about(info: &tsukamu_devices::session::DeviceInfo) -> String {
         }
     }
     if info.n_sensors > 0 {
-        words.push(format!("{} sensors", info.n_sensors));
+        let plural = if info.n_sensors == 1 { "" } else { "s" };
+        words.push(format!("{} sensor{plural}", info.n_sensors));
     }
     words.join(", ")
 }

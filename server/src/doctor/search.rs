@@ -101,6 +101,11 @@ fn recognised(device: &DeviceSettings, found: &Candidate, words: String) -> Diag
 
 /// Nothing came from the network, or nothing that is understood.
 fn network(place: &Place, trial: &Trial, words: String) -> Diagnosis {
+    if trial.stats.bytes > 0 && matches!(place, Place::Vrpn(_)) {
+        return Diagnosis::new(Verdict::Complains, words).advise(
+            "correct what stands before the @ of its port, or start the device at its server",
+        );
+    }
     if trial.stats.bytes > 0 {
         return Diagnosis::new(Verdict::NotUnderstood, words)
             .advise("its bytes are below; is the sender set to this protocol?");

@@ -25,7 +25,7 @@ use crate::ticker::request::{NewDriver, NewHand, Refusal, Request, TickerHandle}
 use super::assemble::{Assembly, Mount};
 use super::feedback::Feel;
 use super::presence::{News, Presence};
-use super::sources::{Arrived, Source, Sources};
+use super::sources::{Arrived, HAND, Source, Sources};
 use super::supervise::supervise;
 
 /// Where the ports' threads find the recording that wants their bytes; cheap to clone.
@@ -182,7 +182,7 @@ fn join(
 ) -> Result<(Arc<Source>, Arc<Mutex<Assembly>>), Refusal> {
     let (glove, tracker) = (&devices[hand.glove], &devices[hand.tracker]);
     let place = format!("{} + {} station {}", glove.name, tracker.name, hand.station);
-    let source = context.sources.add(&hand.name, "hand", place, "running");
+    let source = context.sources.add(&hand.name, HAND, place, "running");
     let mount = Mount {
         wrist_from_sensor: glove.calibration.mount.wrist_from_sensor(),
         world_from_transmitter: tracker.world_from_transmitter,

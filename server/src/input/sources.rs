@@ -17,6 +17,10 @@ use super::fusion::StreamReport;
 use super::meter::Meter;
 use super::supervise::{Supervised, fill_gaps};
 
+/// Kind of a hand that devices make.
+pub const HAND: &str = "hand";
+/// Age of its newest sample beyond which such a hand stands still, seconds.
+const QUIET_S: f64 = 1.0;
 /// Samples that wait for a step, at most: the newest wins, the others are kept for the recording only. A glove and a
 /// tracker together send some 250 per second, and a scene may step as slowly as once in one.
 const LANE_CAPACITY: usize = 1024;
@@ -184,6 +188,11 @@ impl Source {
             ..v1::Device::default()
         };
         fill_gaps(&mut device, lane.meter.gaps());
+        // A hand has no port that could be lost: what its devices send is all that is known of it.
+        if self.kind == HAND && !(0.0..=QUIET_S).contains(&device.age_s) {
+            "stalled".clone_into(&mut device.state);
+            "its devices send nothing".clone_into(&mut device.error);
+        }
         if let Some(supervised) = &lane.supervised {
             supervised.fill(&mut device, now_ns);
         }

@@ -118,7 +118,10 @@ async fn recordings_are_listed_and_mistakes_told() {
         .await
         .expect_err("the name is taken");
     let expected = "a recording of that name is there already: run.mcap; choose another";
-    assert_eq!((taken.code(), taken.message()), (Code::AlreadyExists, expected));
+    assert_eq!(
+        (taken.code(), taken.message()),
+        (Code::AlreadyExists, expected)
+    );
     for (name, code) in [
         ("none.mcap", Code::NotFound),
         ("../run.mcap", Code::InvalidArgument),
