@@ -47,9 +47,14 @@ impl Core {
         }));
     }
 
+    /// Of a full queue the oldest reading goes: a caller that misses a state would believe the one before for ever.
     pub(crate) fn emit(&mut self, event: DeviceEvent) {
         if self.events.len() == MAX_EVENTS {
-            self.events.pop_front();
+            let is_reading = |event: &DeviceEvent| {
+                matches!(event, DeviceEvent::Glove(_) | DeviceEvent::Tracker(_))
+            };
+            let oldest = self.events.iter().position(is_reading).unwrap_or(0);
+            self.events.remove(oldest);
             self.stats.dropped_events += 1;
         }
         self.events.push_back(event);
@@ -81,5 +86,46 @@ impl Core {
     pub(crate) fn forget_port(&mut self) {
         self.transmits.clear();
         self.requests.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Core, MAX_EVENTS};
+    use crate::reading::GloveReading;
+    use crate::session::{DeviceEvent, SessionState, StateChange};
+
+    #[test]
+    fn a_state_outlives_the_readings_behind_it() {
+        let mut core = Core::new();
+        core.enter(1, SessionState::Running, None);
+        for sequence in 0..2 * MAX_EVENTS as u64 {
+            core.emit(DeviceEvent::Glove(GloveReading::empty(2, sequence)));
+        }
+        let first = core.next_event();
+        let running = StateChange {
+            stamp_ns: 1,
+            state: SessionState::Running,
+            fault: None,
+        };
+        assert_eq!(first, Some(DeviceEvent::State(running)));
+        let rest: Vec<DeviceEvent> = std::iter::from_fn(|| core.next_event()).collect();
+        assert_eq!(rest.len(), MAX_EVENTS - 1);
+        let newest = GloveReading::empty(2, 2 * MAX_EVENTS as u64 - 1);
+        assert_eq!(rest.last(), Some(&DeviceEvent::Glove(newest)));
+        assert_eq!(core.stats.dropped_events, MAX_EVENTS as u64 + 1);
+    }
+
+    #[test]
+    fn states_alone_are_bounded_too() {
+        let mut core = Core::new();
+        for round in 0..3 * MAX_EVENTS as u64 {
+            let states = [SessionState::Stalled, SessionState::Resetting];
+            core.enter(round, states[round as usize % 2], None);
+        }
+        let all: Vec<DeviceEvent> = std::iter::from_fn(|| core.next_event()).collect();
+        assert_eq!(all.len(), MAX_EVENTS);
+        let is_newest = |event: &DeviceEvent| matches!(event, DeviceEvent::State(change) if change.state == core.state);
+        assert!(all.last().is_some_and(is_newest));
     }
 }
