@@ -82,22 +82,43 @@ struct Pair {
     is_open: bool,
     /// Times that the session chose to start again, and the records until then.
     restarts: (u64, u64),
+    /// The state that it last told.
+    told: SessionState,
+    /// Whether the device has not heard something that it was told: it may be set up otherwise than the session thinks.
+    has_missed: bool,
     n_pieces: u64,
     values: Values,
     recording: Option<Vec<Vec<u8>>>,
+    /// Whether everything is printed.
+    tells: bool,
 }
 
 impl Pair {
-    fn new(subject: &Subject) -> Self {
+    fn new(subject: &Subject, tells: bool) -> Self {
         Self {
+            tells,
             session: subject.session(),
             line: (subject.line)(),
             now_ns: S,
             is_open: false,
             restarts: (0, 0),
+            told: SessionState::Absent,
+            has_missed: false,
             n_pieces: 0,
             values: Values::default(),
             recording: None,
+        }
+    }
+
+    fn tell(&self, what: &str, bytes: &[u8]) {
+        if self.tells {
+            println!(
+                "{:.4} s {what} \"{}\" {:?} {:?}",
+                self.now_ns as f64 * 1.0e-9,
+                bytes.escape_ascii(),
+                self.session.state(),
+                self.session.stats()
+            );
         }
     }
 
@@ -133,6 +154,13 @@ impl Pair {
         while let Some(event) = self.session.next_event() {
             n_events += 1;
             self.values.take(&event);
+            if let DeviceEvent::State(change) = event {
+                self.told = change.state;
+            }
+        }
+        let state = self.session.state();
+        if self.told != state {
+            return Err(format!("it is {state:?}, and told {:?} last", self.told));
         }
         let stats = self.session.stats();
         if stats.restarts != self.restarts.0 {
@@ -141,8 +169,11 @@ impl Pair {
         let (mut n_transmits, mut n_requests) = (0, 0);
         while let Some(command) = self.session.poll_transmit() {
             n_transmits += 1;
+            self.tell("command", &command);
             if is_heard && self.is_open {
                 self.line.hear(self.now_ns, &command);
+            } else {
+                self.has_missed |= self.is_open;
             }
         }
         while let Some(request) = self.session.poll_port_request() {
@@ -172,6 +203,7 @@ impl Pair {
         if !said.is_empty() {
             self.n_pieces += 1;
             self.session.push(self.now_ns, &said);
+            self.tell("said", &said);
             if let Some(recording) = &mut self.recording {
                 recording.push(said);
             }
@@ -213,7 +245,7 @@ impl Pair {
 
 /// A good conversation of some seconds.
 pub(crate) fn learn(subject: &Subject) -> Result<Known, String> {
-    let mut pair = Pair::new(subject);
+    let mut pair = Pair::new(subject, false);
     pair.recording = Some(Vec::new());
     pair.session.port_opening(pair.now_ns);
     pair.open();
@@ -237,8 +269,9 @@ pub(crate) fn run(
     known: &Known,
     from: Transcripts<'_>,
     chance: &mut Chance,
+    tells: bool,
 ) -> Result<Outcome, String> {
-    let mut pair = Pair::new(subject);
+    let mut pair = Pair::new(subject, tells);
     pair.session.port_opening(pair.now_ns);
     pair.open();
     if chance.one_in(4) {
@@ -256,14 +289,17 @@ pub(crate) fn run(
             mischief(&mut pair, from, chance)?;
         }
     }
-    // What the device was saying is lost; from here on the line works.
+    // What the device was saying is lost; from here on the line works, and a connection is a new one.
     let _ = pair.line.say(pair.now_ns);
+    if is_connection(subject) && pair.is_open {
+        pair.lose();
+    }
     if !pair.is_open {
         pair.open();
     }
     pair.pass_deadlines()?;
     pair.take_all(true)?;
-    let in_step = is_in_step_soon(&mut pair, subject, known)?;
+    let in_step = is_in_step_soon(&mut pair, known)?;
     let recovery_ns = pair.run_well()?;
     pair.values = Values::default();
     for _ in 0..400 {
@@ -281,6 +317,11 @@ pub(crate) fn run(
     })
 }
 
+/// Whether it is joined by a connection, of which a garbled stream has nothing to be found again by.
+const fn is_connection(subject: &Subject) -> bool {
+    matches!(subject.driver, Driver::Vrpn(_))
+}
+
 /// Something that happens to a line.
 fn mischief(pair: &mut Pair, from: Transcripts<'_>, chance: &mut Chance) -> Result<(), String> {
     match chance.below(20) {
@@ -291,6 +332,7 @@ fn mischief(pair: &mut Pair, from: Transcripts<'_>, chance: &mut Chance) -> Resu
             } else if pair.is_open {
                 pair.session.push(pair.now_ns, &bytes);
             }
+            pair.tell("garbage", &bytes);
         }
         11..=13 => {
             let longest_ns = [MS, 50 * MS, 700 * MS, 4 * S][chance.below(4)];
@@ -349,10 +391,9 @@ fn flood(pair: &mut Pair, from: Transcripts<'_>, chance: &mut Chance) -> Result<
     pair.take_all(true)
 }
 
-/// Whether a session that still runs is back in step within two records; false when it chose to start again. Streams of
-/// a connection have nothing to be found again by: they are made anew.
-fn is_in_step_soon(pair: &mut Pair, subject: &Subject, known: &Known) -> Result<bool, String> {
-    if !pair.is_running() || matches!(subject.driver, Driver::Vrpn(_)) {
+/// Whether a session that still runs is back in step within two records; false when it chose to start again, or has to.
+fn is_in_step_soon(pair: &mut Pair, known: &Known) -> Result<bool, String> {
+    if !pair.is_running() || pair.has_missed {
         return Ok(false);
     }
     let (before, n_before) = (pair.session.stats(), pair.n_pieces);

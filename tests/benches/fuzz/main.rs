@@ -4,7 +4,8 @@
 //!
 //! `cargo bench -p tsukamu-tests --bench fuzz -- [SUBJECT|all] [--seconds S] [--seed N] [--case K]`
 //!
-//! `cargo test` runs it for a moment, with a seed that is always the same. A failure prints how to see it again.
+//! `cargo test` runs it for a moment, with a seed that is always the same. A failure prints how to see it again, with all
+//! that is said.
 
 #![allow(clippy::print_stdout, reason = "a benchmark prints its table")]
 
@@ -175,7 +176,8 @@ impl Ward {
         };
         cases(name, wanted, |chance| {
             let mut result = Err(String::new());
-            let info = measure(|| result = case::run(subject, known, from, chance));
+            let info =
+                measure(|| result = case::run(subject, known, from, chance, wanted.case.is_some()));
             result.map(|outcome| (outcome, info.bytes_max))
         })
     }

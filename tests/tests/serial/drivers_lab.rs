@@ -1,7 +1,9 @@
 //! A daemon with many devices, and what a client sees of each of them.
 
 use std::future::Future;
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use tokio::sync::watch;
@@ -19,11 +21,68 @@ pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 /// Frames per second that a client looks at.
 const FRAME_RATE_HZ: f64 = 60.0;
 
+/// A pause of this program, whatever the reason, that a test of rates and lost bytes cannot overlook: a terminal holds
+/// what a device says in a third of a second.
+const STUTTER: Duration = Duration::from_millis(150);
+/// How often it is looked at.
+const RULER: Duration = Duration::from_millis(5);
+
+/// Notes when this program got no time from a machine that is busy with others.
+pub(crate) struct Ruler {
+    stutters: Arc<Mutex<Vec<Instant>>>,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Ruler {
+    pub(crate) fn new() -> Self {
+        let stutters = Arc::new(Mutex::new(Vec::new()));
+        let stop = Arc::new(AtomicBool::new(false));
+        let (noted, stopped) = (Arc::clone(&stutters), Arc::clone(&stop));
+        let thread = std::thread::spawn(move || {
+            let mut last = Instant::now();
+            while !stopped.load(Ordering::Relaxed) {
+                std::thread::park_timeout(RULER);
+                if last.elapsed() > STUTTER {
+                    lock(&noted).push(Instant::now());
+                }
+                last = Instant::now();
+            }
+        });
+        Self {
+            stutters,
+            stop,
+            thread: Some(thread),
+        }
+    }
+
+    /// How often it did since then.
+    pub(crate) fn n_stutters_since(&self, begun: Instant) -> usize {
+        let stutters = lock(&self.stutters);
+        stutters.iter().filter(|at| **at >= begun).count()
+    }
+}
+
+impl Drop for Ruler {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn lock<T>(value: &Mutex<T>) -> MutexGuard<'_, T> {
+    value.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// A daemon and a client of it that keeps its eyes open.
 pub(crate) struct Lab {
     pub(crate) client: Client,
     /// When the daemon was started.
     pub(crate) started: Instant,
+    /// Whether the machine lets it.
+    pub(crate) ruler: Ruler,
     daemon: Mutex<Option<Daemon>>,
     rows: watch::Receiver<Vec<v1::Device>>,
     view: watch::Receiver<WorldView>,
@@ -50,6 +109,7 @@ impl Lab {
         Self {
             client,
             started,
+            ruler: Ruler::new(),
             daemon: Mutex::new(Some(daemon)),
             rows,
             view,
@@ -150,11 +210,7 @@ impl Lab {
 
     /// Drains the daemon.
     pub(crate) async fn end(&self) {
-        let daemon = self
-            .daemon
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take();
+        let daemon = lock(&self.daemon).take();
         daemon.unwrap().shutdown().await.unwrap();
     }
 }

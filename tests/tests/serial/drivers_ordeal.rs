@@ -13,6 +13,8 @@ use crate::drivers_lab::{Lab, PATIENCE};
 
 /// How long a stream is looked at.
 const STREAM: Duration = Duration::from_secs(10);
+/// How often, if the machine gives it no time.
+const STREAMS_MAX: u32 = 5;
 /// What a rate may be of what is promised, on a machine that is busy with sixty threads of this test.
 const RATE_SHARES: (f64, f64) = (0.75, 1.1);
 /// How long bytes are spoilt, a device is stalled, and is without power.
@@ -138,23 +140,28 @@ impl Ordeal {
         self.lab.row_that(&self.subject.name, what, will_do).await
     }
 
-    /// Ten seconds at the promised rate, without a lost byte.
+    /// Ten seconds at the promised rate, without a lost byte. What a machine costs that gives this program no time is not
+    /// the device's fault: then it is looked at again.
     async fn stream(&mut self) {
-        let (begun, before) = (Instant::now(), self.row().await);
-        tokio::time::sleep(STREAM).await;
-        let after = self.row().await;
-        let time_s = begun.elapsed().as_secs_f64();
-        assert_eq!(after.state, "running", "{after:?}");
-        let n_lost = (
-            after.resyncs - before.resyncs,
-            after.dropped - before.dropped,
+        for _ in 0..STREAMS_MAX {
+            let (begun, before) = (Instant::now(), self.row().await);
+            tokio::time::sleep(STREAM).await;
+            let after = self.row().await;
+            let rate_hz = (after.samples - before.samples) as f64 / begun.elapsed().as_secs_f64();
+            let share = rate_hz / self.subject.promise.rate_hz;
+            let n_lost = after.resyncs + after.dropped - before.resyncs - before.dropped;
+            let (least, most) = RATE_SHARES;
+            if n_lost == 0 && (least..=most).contains(&share) && after.state == "running" {
+                self.report.rate_hz = rate_hz;
+                return;
+            }
+            let n_stutters = self.lab.ruler.n_stutters_since(begun);
+            assert!(n_stutters > 0, "{rate_hz} Hz, {n_lost} lost: {after:?}");
+        }
+        panic!(
+            "{}: this machine has no ten seconds for it",
+            self.subject.name
         );
-        assert_eq!(n_lost, (0, 0), "{after:?}");
-        let rate_hz = (after.samples - before.samples) as f64 / time_s;
-        let share = rate_hz / self.subject.promise.rate_hz;
-        let (least, most) = RATE_SHARES;
-        assert!((least..=most).contains(&share), "{rate_hz} Hz: {after:?}");
-        self.report.rate_hz = rate_hz;
     }
 
     /// The hand is lost when half of it is.
